@@ -227,7 +227,7 @@ impl Case {
         }) = &mut self.problem
         {
             (tree.lines, tree.unit) = (None, None);
-            (tree.least_radius, tree.smoothing) = (None, None);
+            (tree.least_radius, tree.junction_smoothing, tree.smoothing) = (None, None, None);
             tree.leave_out.clear();
             (tree.lumen, tree.lumen_unit, tree.lumen_smoothing) = (None, None, None);
         }

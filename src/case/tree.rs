@@ -1,6 +1,6 @@
 //! A vessel that branches: `[tree]` of a case, whose lumen is meshed by the driver and whose wall is extruded from it.
 
-use super::centre_line::{from_the_beginning, lines_of_tree, smoothed};
+use super::centre_line::{from_the_beginning, lines_of_tree};
 use super::opening::{ConditionKeys, Opening, VesselSide, prescribe_shares};
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
 use super::table::table;
@@ -9,7 +9,6 @@ use super::vessel::MOST_POINTS;
 use super::{LengthUnit, NativeTimeScheme, OwnCase, TableError};
 use crate::Vec3;
 use crate::curve::{CentreLine, Partings};
-use fsi_numerics::twelve_digits;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
@@ -20,8 +19,6 @@ pub const MAX_ENDS: usize = 63;
 pub(super) const WALL: &str = "wallFsi";
 /// What the branches are called that lie between two junctions.
 pub(super) const BETWEEN: &str = "between";
-/// What is left of a line that is cut must be so long outside the lumen of others to be a branch, in radii.
-const BRANCH: f64 = 3.0;
 table! {
     /// A vessel that branches, by the centre-lines from its beginning to each of its ends.
     #[derive(Default)]
@@ -38,6 +35,8 @@ table! {
             absent "none";
         least_radius: Option<f64> = "least_radius_m", above(0.0, 1.0), "radius of the thinnest vessel that counts: each line ends where it is last as wide, and branches that are thinner are no part of the vessel",
             absent "all of the lines";
+        junction_smoothing: Option<f64> = "junction_smoothing", from(0.0, 10.0), "points of the lines within so many radii of where branches part are left out: smooth curves lead through",
+            absent "the lines are as the file has them";
         smoothing: Option<f64> = "smoothing_m", from(0.0, 1.0), "length of the waves of the lines that are halved",
             absent "the lines are as the file has them";
         lumen: Option<PathBuf> = "lumen", ValueKind::Path, "file with the surface of the whole lumen, open or closed at its ends: .stl, .vtp, .vtk, .ply or .obj",
@@ -182,106 +181,6 @@ impl TreeKeys {
         !fork.is_ok_and(|fork| fork.daughters.iter().all(|(class, _)| class.len() == 1))
     }
 
-    /// Ends each line where it is last as wide as the thinnest vessel that counts, and takes those away that are then
-    /// nothing but the beginning of another one.
-    fn cut_thin_lines(&mut self) -> Result<(), (&'static str, String)> {
-        let Some(least) = self.least_radius else {
-            return Ok(());
-        };
-        let mut lines = self.line.take().unwrap_or_default();
-        if !lines.iter().all(|line| line.curve().is_some()) {
-            // What is wrong with them is said when they are checked.
-            self.line = Some(lines);
-            return Ok(());
-        }
-        let widest = lines.iter().flat_map(|line| &line.radii);
-        let widest = widest.fold(0.0f64, |most, radius| most.max(*radius));
-        let mut is_cut = vec![false; lines.len()];
-        for (line, is_cut) in lines.iter_mut().zip(&mut is_cut) {
-            let last = line.radii.iter().rposition(|radius| *radius >= least);
-            let kept = last.map_or(0, |last| last + 1);
-            *is_cut = kept < line.points.len();
-            line.points.truncate(kept);
-            line.radii.truncate(kept);
-        }
-        let curves: Vec<Option<CentreLine>> = lines.iter().map(TreeLine::curve).collect();
-        let length = |i: usize| curves[i].as_ref().map_or(0.0, CentreLine::length);
-        let mut order: Vec<usize> = (0..lines.len()).collect();
-        order.sort_by(|&a, &b| {
-            let longer_first = length(b).total_cmp(&length(a));
-            is_cut[a].cmp(&is_cut[b]).then(longer_first)
-        });
-        let mut kept: Vec<usize> = Vec::new();
-        for i in order {
-            let Some(line) = &curves[i] else { continue };
-            let shortest = BRANCH * line.radius(line.length());
-            let is_branch = |other: &usize| {
-                let other = curves[*other].as_ref();
-                let leaves = other.and_then(|other| line.leaves(other));
-                leaves.is_some_and(|s| line.length() - s >= shortest)
-            };
-            if !is_cut[i] || kept.iter().all(is_branch) {
-                kept.push(i);
-            }
-        }
-        if kept.is_empty() {
-            let reason = format!(
-                "no line is as wide as {} mm: the widest place has {} mm",
-                twelve_digits(1e3 * least),
-                twelve_digits(1e3 * widest)
-            );
-            return Err(("tree.least_radius_m", reason));
-        }
-        kept.sort_unstable();
-        let all = lines.into_iter().enumerate();
-        let lines = all.filter(|(i, _)| kept.contains(i)).map(|(_, line)| line);
-        self.line = Some(lines.collect());
-        Ok(())
-    }
-
-    /// Takes the lines away that are left out; the others keep their names.
-    fn leave_out_lines(&mut self) -> Result<(), (&'static str, String)> {
-        if self.leave_out.is_empty() {
-            return Ok(());
-        }
-        let names = self.names();
-        let outlets = &names[1..];
-        if let Some(unknown) = self.leave_out.iter().find(|name| !outlets.contains(name)) {
-            let reason = format!(
-                "no line ends at {unknown:?}; they end at \"{}\"",
-                outlets.join("\", \"")
-            );
-            return Err(("tree.leave_out", reason));
-        }
-        let is_kept = |name: &String| !self.leave_out.contains(name);
-        let lines = self.line.take().unwrap_or_default().into_iter();
-        let kept = lines.zip(outlets).filter(|(_, name)| is_kept(name));
-        let named = kept.map(|(line, name)| TreeLine {
-            name: Some(name.clone()),
-            ..line
-        });
-        self.line = Some(named.collect());
-        self.outlets.retain(is_kept);
-        self.closed.retain(is_kept);
-        Ok(())
-    }
-
-    /// Halves the waves of the lines, if they are to be smoothed.
-    fn smooth_lines(&mut self) {
-        let Some(halved) = self.smoothing.filter(|halved| *halved > 0.0) else {
-            return;
-        };
-        for line in self.line.iter_mut().flatten() {
-            if line.points.len() > 2 && line.points.len() == line.radii.len() {
-                let given = (
-                    std::mem::take(&mut line.points),
-                    std::mem::take(&mut line.radii),
-                );
-                (line.points, line.radii) = smoothed(given, halved);
-            }
-        }
-    }
-
     /// On which side of the blood's way an opening is.
     pub(super) fn side(&self, name: &str) -> VesselSide {
         match self.names()[0] == name {
@@ -368,10 +267,7 @@ impl TreeKeys {
             });
             self.line = Some(named.collect());
         }
-        self.cut_thin_lines()?;
-        self.leave_out_lines()?;
-        self.smooth_lines();
-        Ok(())
+        self.change_lines()
     }
 }
 

@@ -47,6 +47,15 @@ pub struct Arguments {
     /// Vessels of a tree that are thinner are left out: each line ends where it is last as wide [default: all vessels].
     #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length, allow_hyphen_values = true)]
     least_radius: Option<f64>,
+    /// Points of a tree's lines within so many radii of where branches part are left out, smooth curves lead through
+    /// [default: chosen where the lines as they are have no mesh].
+    #[arg(
+        long,
+        value_name = "RADII",
+        requires = "from",
+        allow_hyphen_values = true
+    )]
+    junction_smoothing: Option<f64>,
     /// Leave out the ends of a tree without which the others have a mesh, of those that hinder each other that with the
     /// least flow, and say which and why.
     #[arg(long, requires = "from")]
@@ -138,13 +147,36 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     arguments.check_numbers()?;
-    let mut proposal = Proposal::new(&arguments.input()).map_err(|reason| match reason {
-        ProposalError::Io(error) => Failure::Run(error.to_string()),
-        other => Failure::Input(other.to_string()),
-    })?;
     let failed = |e: std::io::Error| Failure::Run(format!("cannot write {shown}: {e}"));
-    let written = written(folder, &proposal).map_err(failed)?;
-    try_wall(written.path(), &mut proposal)?;
+    let mut input = arguments.input();
+    let mut first = None;
+    let (written, proposal) = loop {
+        let proposed = Proposal::new(&input).map_err(|reason| match reason {
+            ProposalError::Io(error) => Failure::Run(error.to_string()),
+            other => Failure::Input(other.to_string()),
+        });
+        // Once the lines have a mesh, but no wall grows on it, what is said is why.
+        let mut proposal = match (proposed, first) {
+            (Ok(proposal), known) => {
+                first = known;
+                proposal
+            }
+            (Err(failure), known) => return Err(known.unwrap_or(failure)),
+        };
+        let written = written(folder, &proposal).map_err(failed)?;
+        match (try_wall(written.path(), &mut proposal), proposal.way) {
+            (Ok(()), _) => break (written, proposal),
+            // Of smoother lines one may.
+            (Err(failure @ Failure::Input(_)), Some(way)) if arguments.thickness.is_none() => {
+                terminal::note(format_args!(
+                    "no wall grows on these lines: trying smoother ones"
+                ));
+                first.get_or_insert(failure);
+                input.without_wall.push(way);
+            }
+            (Err(failure), _) => return Err(failure),
+        }
+    };
     put(written, folder).map_err(failed)?;
     let (remarks, preset) = (proposal.remarks.join("\n"), arguments.preset);
     Ok(terminal::print(format_args!(
@@ -164,6 +196,7 @@ impl Arguments {
             ("--radius", self.radius, [1e-5, 0.05], "metres, from 1e-5 to 0.05"),
             ("--thickness", self.thickness, [1e-6, 0.02], "a length from 1e-6 to 0.02 m"),
             ("--smoothing", self.smoothing, [0.0, 1.0], "a length from 0 to 1 m"),
+            ("--junction-smoothing", self.junction_smoothing, [0.0, 10.0], "radii, from 0 to 10"),
             ("--least-radius", self.least_radius, [1e-6, 0.05], "a length from 1e-6 to 0.05 m"),
             ("--loaded", self.loaded, [1.0, 1e5], "a pressure from 1 Pa to 100 kPa (750 mmHg)"),
             ("--period", self.period, [1e-3, 1e3], DURATION),
@@ -193,6 +226,7 @@ impl Arguments {
             flow_period: self.flow_period,
             period: self.period,
             smoothing: self.smoothing,
+            junction_smoothing: self.junction_smoothing,
             thickness: self.thickness,
             loaded: self.loaded,
             is_rcr: self.rcr,
@@ -200,6 +234,7 @@ impl Arguments {
             names: self.names.clone(),
             leave_out: self.leave_out.clone(),
             least_radius: self.least_radius,
+            without_wall: Vec::new(),
             leaves_impossible_out: self.leave_out_impossible,
             split: self.split.clone(),
             murray: self.murray,
@@ -235,32 +270,52 @@ fn put(whole: TempDir, folder: &Path) -> std::io::Result<()> {
 /// Makes the wall of a vessel that branches so thin that no element is inside out in any preset, unless its thickness
 /// is given.
 fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
-    let mut thinner = None;
     let mut meshed: Vec<(Preset, Option<Domain>)> = PRESETS.map(|preset| (preset, None)).into();
-    while let Some((preset, x)) = inside_out(folder, &mut meshed)? {
-        let Some(share) = proposal.make_thinner() else {
-            let advice = match thinner {
-                Some(share) => format!(
-                    "even one of {share} of the radius; smoother lines (--smoothing), or fewer of the branches that part there \
-                     (--leave-out), help"
-                ),
-                None => "a smaller --thickness, or none, helps (0.05 to 0.2 of the radius are tried then)".into(),
-            };
-            return Err(Failure::Input(format!(
-                "the wall would be inside out near ({:.4e}, {:.4e}, {:.4e}) m with --preset {preset}, where branches part or one bends \
-                 sharply: {advice}",
-                x.x, x.y, x.z
-            )));
-        };
-        thinner = Some(share);
+    let mut inside_out_of = |proposal: &Proposal, presets: usize| -> Result<_, Failure> {
         std::fs::write(folder.join(CASE_FILE), &proposal.text)
             .map_err(|e| Failure::Run(format!("cannot write {CASE_FILE}: {e}")))?;
+        inside_out(folder, &mut meshed[..presets])
+    };
+    let refused = |(preset, x): (Preset, Vec3), thinnest: Option<f64>| {
+        let advice = match thinnest {
+            Some(share) => format!(
+                "even one of {share} of the radius; smoother lines (--smoothing), or fewer of the branches that part there \
+                 (--leave-out), help"
+            ),
+            None => {
+                "a smaller --thickness, or none, helps (0.05 to 0.2 of the radius are tried then)"
+                    .into()
+            }
+        };
+        Failure::Input(format!(
+            "the wall would be inside out near ({:.4e}, {:.4e}, {:.4e}) m with --preset {preset}, where branches part or one bends \
+             sharply: {advice}",
+            x.x, x.y, x.z
+        ))
+    };
+    let mut thickness = None;
+    // The first preset has the fewest cells, and the thinnest wall says at once whether there is any.
+    for presets in [1, PRESETS.len()] {
+        let Some(place) = inside_out_of(proposal, presets)? else {
+            continue;
+        };
+        let mut thinnest = proposal.clone();
+        let Some(share) = std::iter::from_fn(|| thinnest.make_thinner()).last() else {
+            return Err(refused(place, thickness));
+        };
+        if let Some(place) = inside_out_of(&thinnest, presets)? {
+            return Err(refused(place, Some(share)));
+        }
+        thickness = loop {
+            match proposal.make_thinner() {
+                Some(_) if inside_out_of(proposal, presets)?.is_some() => {}
+                found => break found,
+            }
+        };
     }
-    if let Some(share) = thinner {
-        proposal.remarks.push(format!(
-            "wall      {share} of the radius thick: with more, elements would be inside out where branches part or bend"
-        ));
-    }
+    proposal.remarks.extend(thickness.map(|share| {
+        format!("wall      {share} of the radius thick: with more, elements would be inside out where branches part or bend")
+    }));
     Ok(())
 }
 

@@ -367,6 +367,21 @@ impl Partings {
         }
     }
 
+    /// Where lines part, again and again, until each is alone or stays with another.
+    pub fn forks(&self, all: &[CentreLine]) -> Vec<Fork> {
+        let mut forks = Vec::new();
+        let mut together: Vec<Vec<usize>> = vec![(0..all.len()).collect()];
+        while let Some(lines) = together.pop() {
+            if lines.len() > 1
+                && let Ok(fork) = self.fork(all, &lines)
+            {
+                together.extend(fork.daughters.iter().map(|(class, _)| class.clone()));
+                forks.push(fork);
+            }
+        }
+        forks
+    }
+
     /// Where these of all lines, two at least, part.
     ///
     /// # Errors

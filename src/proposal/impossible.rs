@@ -1,15 +1,13 @@
 //! Ends of a tree that are left out, since the others have a mesh without them.
 
 use super::ends::Ends;
-use super::{ProposalError, ProposalInput, files};
-use crate::Vec3;
+use super::smoothing::Smoothing;
+use super::{ProposalError, ProposalInput};
 use crate::case::{LengthUnit, TreeKeys, listed};
 use crate::geometry::tree::Tree;
 use fsi_numerics::quadrature::Rule;
 use std::path::Path;
 
-/// Waves of the lines, in mean radii, that are halved in trials.
-const SMOOTHING: [f64; 3] = [4.0, 8.0, 16.0];
 /// Lines are smoothed more if that keeps so much more of the flow ...
 const WORTH: f64 = 0.02;
 /// ... or makes the worst cell better, up to this scaled Jacobian, which counts as so much of the flow.
@@ -24,8 +22,8 @@ const NAMED: usize = 6;
 pub(super) struct Impossible {
     /// Names of the ends, their shares of the flow, their radii (m), and why.
     ends: Vec<(String, f64, f64, String)>,
-    /// Waves (m) of the lines that are halved.
-    smoothing: Option<f64>,
+    /// How the lines are smoothed.
+    pub smoothing: Smoothing,
     /// The smallest scaled Jacobian of what is left.
     worst: f64,
 }
@@ -40,16 +38,8 @@ pub(super) fn of(
     unit: LengthUnit,
     ends: &Ends,
 ) -> Result<Impossible, ProposalError> {
-    let wave = |radii: &f64| Some(files::rounded(radii * ends.range[1]));
-    let tried = match input.smoothing {
-        Some(given) => vec![Some(given)],
-        None => [None]
-            .into_iter()
-            .chain(SMOOTHING.iter().map(wave))
-            .collect(),
-    };
     let mut best: Result<Impossible, ProposalError> = Err("no line is left".into());
-    for smoothing in tried {
+    for smoothing in Smoothing::tried(input, ends.range[1]) {
         let found = with(input, path, unit, ends, smoothing);
         best = match (best, found) {
             (Ok(best), Ok(found)) if found.value() < best.value() + WORTH => Ok(best),
@@ -66,16 +56,16 @@ pub(super) fn of(
     best
 }
 
-/// As [`of`], with lines that are smoothed so much (m).
+/// As [`of`], with lines that are smoothed so.
 fn with(
     input: &ProposalInput,
     path: &Path,
     unit: LengthUnit,
     ends: &Ends,
-    smoothing: Option<f64>,
+    smoothing: Smoothing,
 ) -> Result<Impossible, ProposalError> {
     let mut keys = TreeKeys::of_file(path.to_path_buf(), unit);
-    keys.smoothing = smoothing;
+    smoothing.put_into(&mut keys);
     keys.inlet = Some(ends.names[0].clone());
     keys.outlets.clone_from(&ends.in_file);
     keys.leave_out.clone_from(&input.leave_out);
@@ -107,25 +97,6 @@ fn with(
         smoothing,
         worst,
     })
-}
-
-/// How far points of the lines move at most, m and in radii there, if these waves (m) are halved.
-fn moved(input: &ProposalInput, path: &Path, unit: LengthUnit, smoothing: f64) -> Option<[f64; 2]> {
-    let mut keys = TreeKeys::of_file(path.to_path_buf(), unit);
-    keys.least_radius = input.least_radius;
-    let mut smooth = keys.clone();
-    smooth.smoothing = Some(smoothing);
-    keys.read().and_then(|()| smooth.read()).ok()?;
-    let mut most = [0.0f64; 2];
-    for (given, line) in keys.line.iter().flatten().zip(smooth.line.iter().flatten()) {
-        let given = given.curve()?;
-        for x in &line.points {
-            let foot = given.foot(&Vec3::from(*x));
-            most[0] = most[0].max(foot.distance);
-            most[1] = most[1].max(foot.distance / foot.radius);
-        }
-    }
-    Some(most)
 }
 
 /// What a refusal says of it, if it helps.
@@ -160,24 +131,8 @@ impl Impossible {
     }
 
     /// What is to be said of it.
-    pub fn remarks(
-        &self,
-        input: &ProposalInput,
-        path: &Path,
-        unit: LengthUnit,
-        count: usize,
-    ) -> Vec<String> {
+    pub fn remarks(&self, count: usize) -> Vec<String> {
         let mut all = Vec::new();
-        if let Some(wave) = self.smoothing
-            && let Some([moved, radii]) = moved(input, path, unit, wave)
-        {
-            all.push(format!(
-                "smoothing waves of {:.2} mm of the lines are halved, so that more of them have a mesh: points move by up to {:.2} mm \
-                 ({radii:.1} radii)",
-                1e3 * wave,
-                1e3 * moved
-            ));
-        }
         if self.ends.is_empty() {
             return all;
         }
@@ -206,6 +161,5 @@ impl Impossible {
         }
         let names = self.ends.iter().map(|(name, ..)| name.clone());
         input.leave_out.extend(names);
-        input.smoothing = input.smoothing.or(self.smoothing);
     }
 }

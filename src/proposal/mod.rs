@@ -6,6 +6,7 @@ mod changes;
 mod ends;
 mod files;
 mod impossible;
+mod smoothing;
 mod text;
 mod told;
 mod tree;
@@ -99,6 +100,8 @@ pub struct ProposalInput {
     pub period: Option<f64>,
     /// Length (m) of the waves of the line that are halved, if it is not to be chosen.
     pub smoothing: Option<f64>,
+    /// Radii next to where a tree's branches part within which its lines are replaced, if that is not to be chosen.
+    pub junction_smoothing: Option<f64>,
     /// Thickness of the artery's wall, m.
     pub thickness: Option<f64>,
     /// Pressure (Pa) under which the vessel has the shape of the files.
@@ -113,6 +116,8 @@ pub struct ProposalInput {
     pub leave_out: Vec<String>,
     /// Radius (m) of the thinnest vessel of a tree that counts, if there is a limit.
     pub least_radius: Option<f64>,
+    /// Ways of smoothing the lines of a tree that are known to lead to no wall, see [`Proposal::way`].
+    pub without_wall: Vec<usize>,
     /// Whether lines are left out without which the others have a mesh.
     pub leaves_impossible_out: bool,
     /// Shares of the flow of a tree's outlets, if they do not follow from their radii.
@@ -122,7 +127,7 @@ pub struct ProposalInput {
 }
 
 /// A case that is complete, and what it was made from.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Proposal {
     /// The text of `case.toml`.
     pub text: String,
@@ -130,6 +135,8 @@ pub struct Proposal {
     pub files: Vec<(String, PathBuf)>,
     /// What a user wants to know of it, a line each.
     pub remarks: Vec<String>,
+    /// Which way of smoothing the lines of a tree it takes, if there are more.
+    pub way: Option<usize>,
 }
 
 /// Why there is no proposal.
@@ -172,6 +179,7 @@ impl Proposal {
             ("--leave-out", !input.leave_out.is_empty()),
             ("--leave-out-impossible", input.leaves_impossible_out),
             ("--least-radius", input.least_radius.is_some()),
+            ("--junction-smoothing", input.junction_smoothing.is_some()),
             ("--split", !input.split.is_empty()),
             ("--murray", input.murray.is_some()),
         ];
@@ -226,6 +234,7 @@ impl Proposal {
             text,
             files,
             remarks,
+            way: None,
         })
     }
 }

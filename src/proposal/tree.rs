@@ -3,6 +3,7 @@
 use super::beat::{Beat, fitting};
 use super::ends::{Ends, MURRAY};
 use super::files::rounded;
+use super::smoothing::Smoothing;
 use super::text::{FLOW, flow_file, name};
 use super::{Figures, Like, Proposal, ProposalError, ProposalInput, impossible, told};
 use crate::case::{
@@ -33,14 +34,14 @@ const STEP: f64 = 5e-3;
 /// Duration of systole and of the ramp, in beats.
 const SYSTOLE: f64 = 0.4;
 const RAMP: f64 = 0.1;
-/// Waves of the lines, in mean radii, that are halved if these cannot be meshed as they are.
-const SMOOTHING: [f64; 3] = [1.0, 2.0, 4.0];
 /// Lengths (radii) of the driver's own elements that are tried where those of usual length are inside out.
 const SHORTER: [f64; 3] = [0.7, 0.5, 0.35];
 /// The line that those follow.
 const CELL_LENGTH: &str = "length = 0.4 # of a cell, in radii\n";
-/// A cell whose scaled Jacobian is less than this is nearly flat.
+/// A cell whose scaled Jacobian is less than this is nearly flat ...
 const FLAT: f64 = 0.05;
+/// ... and lines are not smoothed more once it is better than this.
+const GOOD: f64 = 0.15;
 
 /// Whether the file of the centre-line is a tree of which no branch is chosen.
 ///
@@ -76,7 +77,7 @@ fn has_several_lines(path: &Path) -> bool {
 pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError> {
     let path = input.line.clone().unwrap_or_default();
     let unit = only_trees(input, &path)?;
-    let (input, ends, left_out) = with_possible_ends(input, &path, unit)?;
+    let (input, ends, tried, left_out) = with_possible_ends(input, &path, unit)?;
     let input = &input;
     let beat = Beat::of(input)?;
     let mut remarks = vec![format!(
@@ -112,28 +113,35 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
         files.push((name.to_string_lossy().into_owned(), path.clone()));
     }
     let text = |smoothing| text(input, &path, unit, &ends, (pulse, smoothing), &figures);
-    let (text, more) = with_mesh(input, &files, ends.range[1], text)?.map_err(|mistake| {
+    let found = with_mesh(input, &files, &tried, text)?.map_err(|mistake| {
         ProposalError::Input(format!(
-            "--from {}: {mistake}{}",
+            "--from {}: {mistake}{}{}",
             path.display(),
+            if tried.len() > 1 {
+                "; smoother lines have no mesh either"
+            } else {
+                ""
+            },
             impossible::advice(input, &path, unit, &ends)
         ))
     })?;
-    remarks.extend(more);
+    remarks.extend(found.smoothing.remark(input, &path, unit));
+    remarks.extend(found.remarks);
     Ok(Proposal {
-        text,
+        text: found.text,
         files,
         remarks,
+        way: found.smoothing.way,
     })
 }
 
-/// The ends of the tree, without those that have no mesh if these are to be left out: with the options that say so, and
-/// what is to be said of them.
+/// The ends of the tree, without those that have no mesh if these are to be left out: with the options that say so, how
+/// the lines are smoothed, and what is to be said of what is left out.
 fn with_possible_ends(
     input: &ProposalInput,
     path: &Path,
     unit: LengthUnit,
-) -> Result<(ProposalInput, Ends, Vec<String>), ProposalError> {
+) -> Result<(ProposalInput, Ends, Vec<Smoothing>, Vec<String>), ProposalError> {
     let ends = Ends::of(input, path, unit)?;
     let count = ends.shares.len();
     if count > MAX_ENDS {
@@ -145,13 +153,14 @@ fn with_possible_ends(
     }
     let mut chosen = input.clone();
     if !input.leaves_impossible_out {
-        return Ok((chosen, ends, Vec::new()));
+        let tried = Smoothing::tried(input, ends.range[1]);
+        return Ok((chosen, ends, tried, Vec::new()));
     }
     let found = impossible::of(input, path, unit, &ends)?;
     found.put_into(&mut chosen, &ends);
     let possible = Ends::of(&chosen, path, unit)?;
-    let remarks = found.remarks(input, path, unit, count);
-    Ok((chosen, possible, remarks))
+    let remarks = found.remarks(count);
+    Ok((chosen, possible, vec![found.smoothing], remarks))
 }
 
 fn two_digits(x: f64) -> f64 {
@@ -178,50 +187,63 @@ fn few_enough(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends)
     })
 }
 
-/// The first case whose lines have a mesh, as they are or smoothed more and more, with remarks; or what is wrong with
-/// the first one. `text` writes it for a wavelength (m) that is halved, a multiple of `radius` (m).
+/// A case whose lines have a mesh.
+struct Meshed {
+    text: String,
+    smoothing: Smoothing,
+    /// The smallest scaled Jacobian of a cell.
+    worst: f64,
+    /// What is to be said of it.
+    remarks: Vec<String>,
+}
+
+/// The case whose lines have a mesh as they are, or the first one with a good one, or else the best, of those smoothed
+/// as is tried; or what is wrong with the first one. `text` writes it.
 fn with_mesh(
     input: &ProposalInput,
     files: &[(String, PathBuf)],
-    radius: f64,
-    text: impl Fn(Option<f64>) -> String,
-) -> Result<Result<(String, Vec<String>), TreeMistake>, ProposalError> {
+    tried: &[Smoothing],
+    text: impl Fn(Smoothing) -> String,
+) -> Result<Result<Meshed, TreeMistake>, ProposalError> {
     let trial = tempfile::tempdir()?;
     for (name, path) in files {
         std::fs::copy(path, trial.path().join(name))
             .map_err(|error| ProposalError::Input(format!("{}: {error}", path.display())))?;
     }
-    let waves = SMOOTHING.map(|radii| Some(rounded(radii * radius)));
-    let tried = match input.smoothing {
-        Some(given) => vec![Some(given)],
-        None => [None].into_iter().chain(waves).collect(),
-    };
     let mut first = None;
-    for smoothing in tried {
+    let mut best: Option<Meshed> = None;
+    for &smoothing in tried {
         let text = text(smoothing);
         super::load(trial.path(), &text, input, Preset::Paper)?;
         let case = super::load(trial.path(), &text, input, Preset::Demo)?;
-        let mistake = match meshed(&case) {
-            Ok(mesh) => {
+        match meshed(&case) {
+            Ok((worst, mesh)) => {
                 let (text, elements) = with_elements(&case, text);
-                let smoothed = smoothing.filter(|_| input.smoothing.is_none());
-                let smoothed = smoothed.map(|length| {
-                    format!(
-                        "smoothing waves of {:.2} mm of the lines are halved: as they are they bend too sharply for a mesh",
-                        1e3 * length
-                    )
-                });
-                let remarks = [smoothed, mesh, elements].into_iter().flatten();
-                return Ok(Ok((text, remarks.collect())));
+                let remarks = [Some(mesh), elements].into_iter().flatten().collect();
+                let found = Meshed {
+                    text,
+                    smoothing,
+                    worst,
+                    remarks,
+                };
+                if worst > GOOD || smoothing.is_none() || tried.len() == 1 {
+                    return Ok(Ok(found));
+                }
+                if best.as_ref().is_none_or(|known| worst > known.worst) {
+                    best = Some(found);
+                }
             }
-            Err(mistake) => mistake,
-        };
-        if !mistake.is_of_shape() {
-            return Ok(Err(mistake));
+            Err(mistake) if !mistake.is_of_shape() => return Ok(Err(mistake)),
+            Err(mistake) => {
+                first.get_or_insert(mistake);
+            }
         }
-        first.get_or_insert(mistake);
     }
-    Ok(Err(first.expect("one was tried")))
+    match (best, first) {
+        (Some(found), _) => Ok(Ok(found)),
+        (None, Some(first)) => Ok(Err(first)),
+        (None, None) => Err("all ways of smoothing the lines were tried".into()),
+    }
 }
 
 /// That no option is given which only a single vessel has; and the unit of the lines.
@@ -315,11 +337,9 @@ fn viscosity_of_defaults() -> Result<f64, ProposalError> {
     Ok(case.blood.viscosity / case.blood.density)
 }
 
-/// How well the lumen of a case is meshed.
-fn meshed(case: &ResolvedCase) -> Result<Option<String>, TreeMistake> {
-    let Some(tree) = case.tree() else {
-        return Ok(None);
-    };
+/// How well the lumen of a case is meshed: the smallest scaled Jacobian, and in words.
+fn meshed(case: &ResolvedCase) -> Result<(f64, String), TreeMistake> {
+    let tree = case.tree().expect("the text has a tree");
     let meshes = Tree::meshes(tree)?;
     let (worst, x) = meshes.worst;
     let flat = match worst < FLAT {
@@ -333,11 +353,12 @@ fn meshed(case: &ResolvedCase) -> Result<Option<String>, TreeMistake> {
     let notes: String = (meshes.notes.iter())
         .map(|note| format!("\n          {note}"))
         .collect();
-    Ok(Some(format!(
+    let words = format!(
         "mesh      {} branches; demo has {} cells, whose smallest scaled Jacobian is {worst:.2}{flat}{notes}",
         meshes.lines.len(),
         meshes.outside.cells()
-    )))
+    );
+    Ok((worst, words))
 }
 
 /// The case with elements of the driver's own fluid that are not inside out, and what is to be said of them.
@@ -377,7 +398,7 @@ fn text(
     path: &Path,
     unit: LengthUnit,
     ends: &Ends,
-    (pulse, smoothing): ([f64; 2], Option<f64>),
+    (pulse, smoothing): ([f64; 2], Smoothing),
     figures: &Figures,
 ) -> String {
     let period = figures.curve.period();
@@ -392,10 +413,16 @@ fn text(
         name(path),
         unit.name()
     );
-    if let Some(length) = smoothing {
+    if let Some(length) = smoothing.waves {
         let _ = writeln!(
             text,
             "smoothing_m = {length:e} # waves of the lines of this length are halved"
+        );
+    }
+    if let Some(radii) = smoothing.junctions {
+        let _ = writeln!(
+            text,
+            "junction_smoothing = {radii:?} # radii next to where branches part within which smooth curves replace the lines"
         );
     }
     if let Some(least) = input.least_radius {

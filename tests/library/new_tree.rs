@@ -390,6 +390,61 @@ fn a_tree_of_too_many_ends_is_cut_at_a_radius() {
     }
 }
 
+/// A daughter that begins with a hook: `new` leads a smooth curve past it and says so, unless the lines are to stay as
+/// they are.
+#[test]
+fn hooks_of_traced_lines_are_smoothed() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let mut rows = String::from("1 0 -20 0 0 3 -1\n");
+    for i in 2..=21 {
+        rows += &format!("{i} 0 {} 0 0 3 {}\n", i - 21, i - 1);
+    }
+    let (sin, cos) = 40f64.to_radians().sin_cos();
+    let hook = ["-1.8 1.5 1.4 3", "-2.4 2.8 2.2 2.8", "0.2 3.2 2.0 2.3"];
+    for (first, towards) in [(100, -1.0), (200, 1.0)] {
+        for i in 0..16 {
+            let s = f64::from(i + 1);
+            let straight = format!("{:.3} {:.3} 0 2", s * cos, s * sin * towards);
+            let place = hook.get(i as usize).filter(|_| towards > 0.0);
+            let place = place.map_or(straight, |x| (*x).to_owned());
+            let parent = if i == 0 { 21 } else { first + i - 1 };
+            rows += &format!("{} 0 {place} {parent}\n", first + i);
+        }
+    }
+    std::fs::write(here.join("h.swc"), rows).unwrap();
+    let from = ["new", "c", "--from", "h.swc", "--unit", "mm"];
+    let said = succeeds(here, &from);
+    println!("{said}");
+    assert!(
+        said.contains(
+            "smoothing smooth curves replace the lines within 2 radii of where branches part, since"
+        ) && said.contains("points move by up to "),
+        "{said}"
+    );
+    let text = std::fs::read_to_string(here.join("c/case.toml")).unwrap();
+    assert!(text.contains("\njunction_smoothing = 2.0 "), "{text}");
+    assert!(!text.contains("\nsmoothing_m"), "{text}");
+    let case = Case::load(&here.join("c"), Preset::Demo, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let worst = Tree::meshes(case.tree().unwrap()).unwrap().worst.0;
+    assert!((0.2..0.7).contains(&worst), "{worst}");
+    for (radii, reason) in [
+        ("0", "have no mesh, since"),
+        (
+            "20",
+            "--junction-smoothing 20: expected radii, from 0 to 10",
+        ),
+    ] {
+        let mut all = from;
+        all[1] = "d";
+        let output = driver(here, &[&all[..], &["--junction-smoothing", radii]].concat());
+        let error = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{error}");
+        assert!(error.contains(reason), "{error}");
+        assert!(!here.join("d").exists());
+    }
+}
+
 /// Without the flag the refusal says what it would leave out; with it the thinner branch of a junction without a mesh
 /// is left out, with its share of the flow and the reason.
 #[test]

@@ -292,6 +292,48 @@ fn a_hook_is_named_and_can_be_smoothed() {
     assert!((0.1..0.7).contains(&worst), "{worst}");
 }
 
+/// Daughters whose traced lines begin with a hook, from the middle of the parent's lumen: there is no mesh until a
+/// smooth curve leads past it. Elsewhere the lines keep their points, and the curve stays within a third of a radius of
+/// the lines without hooks.
+#[test]
+fn hooks_next_to_junctions_are_smoothed_away() {
+    let folder = tempfile::tempdir().unwrap();
+    let straight = lines(&[-40.0, 40.0]);
+    let mut hooked = straight.clone();
+    let hook = [
+        [-1.2, 1.5, 0.8, 3.0],
+        [-0.6, 2.6, 1.6, 2.6],
+        [1.2, 1.4, 1.2, 2.3],
+    ];
+    hooked[1].splice(21..24, hook);
+    let text = vtk(&hooked, "Radius", 1.0);
+    let with = |more: &str| {
+        let case = read(folder.path(), "l.vtk", &text, &ENDS[..2], more);
+        case.unwrap_or_else(|e| panic!("{e}"))
+    };
+    let said = mesh(&with("")).unwrap_err();
+    assert!(said.contains("no mesh"), "{said}");
+    let smooth = with("junction_smoothing = 1.5\n");
+    let (worst, _) = mesh(&smooth).unwrap_or_else(|e| panic!("{e}"));
+    println!("smallest scaled Jacobian {worst}");
+    assert!((0.2..0.7).contains(&worst), "{worst}");
+    let found = points(&smooth);
+    for (line, given) in found.iter().zip(&straight) {
+        let curve = smooth.tree().unwrap().line.iter().flatten();
+        let curve = curve
+            .filter(|it| it.points == *line)
+            .find_map(|it| it.curve());
+        let curve = curve.unwrap();
+        for [x, y, z, r] in given {
+            let place = [x, y, z].map(|x| x * 1e-3);
+            let foot = curve.foot(&place.into());
+            assert!(foot.distance < 0.33e-3 * r, "{place:?} {foot:?}");
+            let is_far = x.hypot(*y) > 9.0;
+            assert!(!is_far || foot.distance < 1e-9, "{place:?} {foot:?}");
+        }
+    }
+}
+
 /// One junction of three and of four daughters: no wall lies between two junctions.
 #[test]
 fn several_daughters_leave_at_one_place() {

@@ -161,6 +161,31 @@ fn branches_may_leave_at_many_angles() {
     }
 }
 
+/// A thin branch that leaves a parent where that bends by 60° over four radii, on its outer and on its inner side: at
+/// least 0.2. A junction of equals, which was tried alone where the parent does not go straight on, has no mesh or a
+/// nearly flat one.
+#[test]
+fn thin_branches_leave_bends() {
+    let bend = |towards: f64| {
+        let mut line = trunk();
+        for i in 1..=12 {
+            line = onward(&line, towards * 5.0 * f64::from(i), 1.0, 3.0);
+        }
+        onward(&line, towards * 60.0, 20.0, 3.0)
+    };
+    for (towards, ratio) in [(1.0, 0.5), (-1.0, 0.5), (1.0, 0.6), (-1.0, 0.6)] {
+        let parent = bend(towards);
+        let middle = parent.iter().position(|(x, _)| x.x > 5.0).unwrap();
+        let branch = onward(&parent[..middle], 100.0, 16.0, 3.0 * ratio);
+        let found = both(&lumen(vec![parent, branch])).unwrap_or_else(|e| panic!("{towards}: {e}"));
+        println!("{towards} {ratio}: {found:?}");
+        assert!(
+            found.iter().all(|q| (0.2..0.6).contains(q)),
+            "{towards} {ratio}: {found:?}"
+        );
+    }
+}
+
 /// Thin branches that leave forwards: their elements are at least 0.12. The parent's line goes straight on, while that
 /// of the branch bends towards it where they part. Cross-sections along the mean of the two would be tilted next to
 /// those along the parent's own line, and elements inside out (-0.96 to -0.78).

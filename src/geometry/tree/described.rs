@@ -67,7 +67,14 @@ impl TreeMistake {
     pub fn is_of_shape(&self) -> bool {
         matches!(
             self.error,
-            TreeError::Bend(..) | TreeError::InsideOut(_) | TreeError::Open(_)
+            TreeError::Bend(..)
+                | TreeError::InsideOut(_)
+                | TreeError::Open(_)
+                | TreeError::Apex(_)
+                | TreeError::Angle(_)
+                | TreeError::Neck(_)
+                | TreeError::Parting(..)
+                | TreeError::Close(..)
         )
     }
 

@@ -19,7 +19,7 @@ use std::sync::Arc;
 const THIN: f64 = 0.65;
 const WIDEST: f64 = 0.85;
 /// ... by the cosine of the angle that it turns.
-const STRAIGHT: f64 = 0.8;
+const STRAIGHT: f64 = 0.5;
 /// A thin one meets the other as an equal if the scaled Jacobian of all cells is above this; else the better one of the
 /// two ways counts ...
 const FAN: f64 = 0.3;

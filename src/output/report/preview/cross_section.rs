@@ -2,6 +2,7 @@
 
 use super::{Shown, colour, html_colour};
 use crate::geometry::{Surfaces, section_quads};
+use fsi_numerics::twelve_digits;
 use std::f64::consts::TAU;
 use std::fmt::Write;
 
@@ -93,7 +94,7 @@ pub fn draw(shown: &Shown<'_>, s: f64) -> String {
         bar * scale,
         x + bar * scale + 6.0,
         y + 4.0,
-        1e3 * bar,
+        twelve_digits(1e3 * bar),
         1e3 * s,
         section.map_or(String::new(), |section| format!(
             ", {}",

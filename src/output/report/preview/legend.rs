@@ -4,6 +4,7 @@ use super::{CELL, EDGE, FIBRE, LUMEN, RIGID, colour, html_colour};
 use crate::Vec3;
 use crate::output::figure::onto_png;
 use crate::output::figure::solid::Projection;
+use fsi_numerics::twelve_digits;
 use std::fmt::Write;
 
 /// Height of a line of the legend, and of its letters, for a picture of 1000 pixels width.
@@ -132,7 +133,7 @@ fn scale(projection: &Projection, [x, y]: [f64; 2], unit: f64, svg: &mut String)
         -10.0 * unit,
         1.6 * unit
     );
-    let name = format!("{} mm", (1e9 * length).round() * 1e-6);
+    let name = format!("{} mm", twelve_digits(1e3 * length));
     label(&name, [x + long + 6.0 * unit, y], svg);
     x + long + (6.0 + WIDE * LETTERS * name.len() as f64 + ROOM) * unit
 }
@@ -156,9 +157,18 @@ fn flow(
     // On the side where there is more room, above if there is as much.
     let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
     let [mut nx, mut ny] = [dy / size, -dx / size];
+    // Next to an arrow that goes up or down, the word begins or ends there.
+    let anchor = |nx: f64| match nx {
+        nx if nx > 0.5 => ("start", 0.0),
+        nx if nx < -0.5 => ("end", 1.0),
+        _ => ("middle", 0.5),
+    };
+    let word = WIDE * LETTERS * unit * "flow".len() as f64;
     let room = |nx: f64, ny: f64| {
         let [x, y] = [middle[0] + distance * nx, middle[1] + distance * ny];
-        x.min(width - x).min(y - 24.0 * unit).min(height - y)
+        let left = x + 12.0 * unit * nx - anchor(nx).1 * word;
+        let beside = left.min(width - (left + word));
+        beside.min(y - 24.0 * unit).min(height - y)
     };
     if ny > 0.0 {
         (nx, ny) = (-nx, -ny);
@@ -178,12 +188,7 @@ fn flow(
             back[1] + sign * 0.6 * head * ux
         )
     };
-    // Next to an arrow that goes up or down, the word begins or ends there.
-    let anchor = match nx {
-        nx if nx > 0.5 => "start",
-        nx if nx < -0.5 => "end",
-        _ => "middle",
-    };
+    let (anchor, _) = anchor(nx);
     let _ = write!(
         svg,
         "<path d=\"M{x:.1} {y:.1}L{:.1} {:.1}\" stroke=\"black\" stroke-width=\"{:.1}\"/>\n<path d=\"M{ex:.1} {ey:.1}L{}L{}Z\"/>\n\

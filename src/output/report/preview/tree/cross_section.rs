@@ -6,6 +6,7 @@ use super::{Drawn, LUMEN};
 use crate::Vec3;
 use crate::geometry::tree::Stack;
 use crate::output::report::page::escape;
+use fsi_numerics::twelve_digits;
 use std::fmt::Write;
 
 /// Width of a drawing, and of its margin.
@@ -79,7 +80,7 @@ impl Plane {
              <text x=\"{:.2}\" y=\"{}\">{} mm</text>\n<text x=\"10\" y=\"16\">{}</text>\n</svg>\n",
             x + long + 6.0,
             y + 4.0,
-            (1e9 * bar).round() * 1e-6,
+            twelve_digits(1e3 * bar),
             escape(name)
         )
     }
