@@ -47,8 +47,8 @@ pub struct Arguments {
     /// Vessels of a tree that are thinner are left out: each line ends where it is last as wide [default: all vessels].
     #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length, allow_hyphen_values = true)]
     least_radius: Option<f64>,
-    /// Points of a tree's lines within so many radii of where branches part are left out, smooth curves lead through
-    /// [default: chosen where the lines as they are have no mesh].
+    /// Smooth curves replace a tree's lines within so many radii of where branches part [default: chosen where the
+    /// lines as they are have no mesh or no wall].
     #[arg(
         long,
         value_name = "RADII",

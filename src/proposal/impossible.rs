@@ -132,9 +132,8 @@ impl Impossible {
 
     /// What is to be said of it.
     pub fn remarks(&self, count: usize) -> Vec<String> {
-        let mut all = Vec::new();
         if self.ends.is_empty() {
-            return all;
+            return Vec::new();
         }
         let whole = format!(
             "left out  {} of {count} ends, with {:.1} % of the flow, since the others have a mesh without them:",
@@ -148,8 +147,7 @@ impl Impossible {
                 1e3 * radius
             )
         });
-        all.extend([whole].into_iter().chain(each));
-        all
+        [whole].into_iter().chain(each).collect()
     }
 
     /// Leaves them out.
