@@ -5,7 +5,8 @@ use super::lumen::{Mistake, TRIANGLES, times};
 use super::{LengthUnit, TreeKeys, TreeLine};
 use crate::Vec3;
 use crate::files::{Fault, fault};
-use crate::polydata::{PolyData, Surface, SurfaceSearch};
+use crate::polydata::{OpenEdge, PolyData, Surface, SurfaceSearch};
+use std::collections::HashSet;
 use std::f64::consts::TAU;
 
 /// Most points and triangles of a surface.
@@ -21,6 +22,8 @@ const OVERLAP: f64 = 1.5;
 /// (cosine).
 const CAP: f64 = 2.5;
 const CLOSING: f64 = 0.7;
+/// It is open there if its edge encloses this area, in squared radii.
+const OPEN: f64 = 0.5;
 /// A hole has at least this area, in squared radii.
 const CRACK: f64 = 1e-3;
 /// Distances of a surface from its line, in radii, that are taken for the same unit.
@@ -148,22 +151,87 @@ fn fitted(
         .iter()
         .zip(&names[1..])
         .filter(|(_, name)| !closed.contains(name));
-    let ends = open.map(|(line, _)| &line[line.len() - 1]);
-    let ends: Vec<&LinePlace> = ends.chain([&lines[0][0]]).collect();
-    let caps = |[a, b, c]: [Vec3; 3]| {
-        let (middle, across) = ((a + b + c) / 3.0, (b - a).cross(&(c - a)).normalize());
-        ends.iter().any(|end| {
-            let arm = middle - end.x;
-            arm.norm() < CAP * end.radius
-                && arm.dot(&end.along).abs() < OVERLAP * end.radius
-                && across.dot(&end.along).abs() > CLOSING
-        })
-    };
+    let mouths = open.map(|(line, _)| Mouth::last(line));
+    let edges = surface.open_edges();
+    let caps: HashSet<usize> = mouths
+        .chain([Mouth::first(&lines[0])])
+        .flat_map(|mouth| mouth.cap(&search, &edges))
+        .collect();
     let is_far = |corners: [Vec3; 3]| {
         let far = |place: &LinePlace| (place.x - corners[0]).norm() > FAR * place.radius;
         lines.iter().flatten().all(far)
     };
-    surface.filtered(|corners| !caps(corners) && !is_far(corners))
+    surface.filtered(|number, corners| !caps.contains(&number) && !is_far(corners))
+}
+
+/// Where a line leaves the lumen.
+struct Mouth {
+    /// The end of the line, m.
+    x: Vec3,
+    radius: f64,
+    /// Unit vector out of the lumen.
+    outward: Vec3,
+    /// The line from within the lumen to its end, m.
+    way: Vec<Vec3>,
+}
+
+impl Mouth {
+    fn first(line: &[LinePlace]) -> Self {
+        let end = &line[0];
+        let near = line.iter().take_while(|p| p.s <= OVERLAP * end.radius);
+        let mut way: Vec<Vec3> = near.map(|place| place.x).collect();
+        way.reverse();
+        Self {
+            x: end.x,
+            radius: end.radius,
+            outward: -end.along,
+            way,
+        }
+    }
+
+    fn last(line: &[LinePlace]) -> Self {
+        let end = &line[line.len() - 1];
+        let near = line.iter();
+        let near = near.skip_while(|p| end.s - p.s > OVERLAP * end.radius);
+        Self {
+            x: end.x,
+            radius: end.radius,
+            outward: end.along,
+            way: near.map(|place| place.x).collect(),
+        }
+    }
+
+    /// The triangles that close the surface here, if it is not open: that which the line passes, or would if it went
+    /// on, and those next to it that lie across the line as well. (The wall of another branch may lie across it too.)
+    fn cap(&self, search: &SurfaceSearch, edges: &[OpenEdge]) -> HashSet<usize> {
+        let is_open = |edge: &OpenEdge| {
+            (edge.centre - self.x).norm() < OVERLAP * self.radius
+                && edge.area > OPEN * self.radius.powi(2)
+        };
+        if edges.iter().any(is_open) {
+            return HashSet::new();
+        }
+        let lies_across = |[a, b, c]: [Vec3; 3]| {
+            let (middle, across) = ((a + b + c) / 3.0, (b - a).cross(&(c - a)).normalize());
+            let arm = middle - self.x;
+            arm.norm() < CAP * self.radius
+                && arm.dot(&self.outward).abs() < OVERLAP * self.radius
+                && across.dot(&self.outward).abs() > CLOSING
+        };
+        let beyond = self.x + self.outward * (OVERLAP * self.radius);
+        let way: Vec<&Vec3> = self.way.iter().chain([&beyond]).collect();
+        let met = way
+            .windows(2)
+            .find_map(|pair| search.between(pair[0], pair[1]));
+        let Some((met, _)) = met else {
+            return HashSet::new();
+        };
+        let surface = search.surface();
+        match lies_across(surface.triangle(met.triangle).map(|i| surface.points()[i])) {
+            true => surface.connected(met.triangle, lies_across),
+            false => HashSet::new(),
+        }
+    }
 }
 
 /// Distances of the surface, times `factor`, around a place; those of rays that meet it.

@@ -27,6 +27,8 @@ pub struct RayHit {
     flat: f64,
     /// Unit normal.
     pub normal: Vec3,
+    /// Number of the triangle.
+    pub triangle: usize,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -197,15 +199,16 @@ impl SurfaceSearch {
             distance: distance + more,
             flat: distance,
             normal,
+            triangle: facet.number,
         })
     }
 
-    /// Where (m) the straight way between two places meets the surface first.
-    pub fn between(&self, from: &Vec3, to: &Vec3) -> Option<Vec3> {
+    /// Where the straight way between two places meets the surface first, and the place, m.
+    pub fn between(&self, from: &Vec3, to: &Vec3) -> Option<(RayHit, Vec3)> {
         let direction = (to - from).try_normalize(0.0)?;
         let hit = self.ray(from, &direction)?;
         // One of two ways that follow each other meets a triangle.
-        (hit.flat <= (to - from).norm()).then(|| from + direction * hit.distance)
+        (hit.flat <= (to - from).norm()).then(|| (hit, from + direction * hit.distance))
     }
 
     /// The nearest place (m) of the curved surface.

@@ -3,7 +3,7 @@
 use super::PolyData;
 use crate::Vec3;
 use crate::files::{Fault, fault};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// Triangles that share their points, m.
 #[derive(Debug, Clone, PartialEq)]
@@ -130,16 +130,16 @@ impl Surface {
         }
     }
 
-    /// The triangles for whose corners (m) it holds.
+    /// The triangles for whose number and corners (m) it holds.
     ///
     /// # Errors
     /// If it does for none.
-    pub fn filtered(&self, holds: impl Fn([Vec3; 3]) -> bool) -> Result<Self, Fault> {
+    pub fn filtered(&self, holds: impl Fn(usize, [Vec3; 3]) -> bool) -> Result<Self, Fault> {
         let mut places = vec![usize::MAX; self.points.len()];
         let mut points = Vec::new();
         let mut triangles = self.triangles.clone();
-        let mut corners = self.corners();
-        triangles.retain(|_| corners.next().is_some_and(&holds));
+        let mut all = self.corners().enumerate();
+        triangles.retain(|_| all.next().is_some_and(|(i, corners)| holds(i, corners)));
         for i in triangles.iter_mut().flatten() {
             if places[*i] == usize::MAX {
                 places[*i] = points.len();
@@ -148,6 +148,25 @@ impl Surface {
             *i = places[*i];
         }
         Self::of_points(points, triangles)
+    }
+
+    /// A triangle, and those for whose corners (m) it holds that are connected with it by such.
+    pub fn connected(&self, first: usize, holds: impl Fn([Vec3; 3]) -> bool) -> HashSet<usize> {
+        let mut at_point = vec![Vec::new(); self.points.len()];
+        for (number, corners) in self.triangles.iter().enumerate() {
+            corners.iter().for_each(|i| at_point[*i].push(number));
+        }
+        let mut found = HashSet::from([first]);
+        let mut next = vec![first];
+        while let Some(number) = next.pop() {
+            for neighbour in self.triangles[number].iter().flat_map(|i| &at_point[*i]) {
+                let corners = self.triangles[*neighbour].map(|i| self.points[i]);
+                if holds(corners) && found.insert(*neighbour) {
+                    next.push(*neighbour);
+                }
+            }
+        }
+        found
     }
 
     /// Number of triangles.

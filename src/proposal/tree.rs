@@ -214,8 +214,13 @@ fn with_mesh(
     let mut best: Option<Meshed> = None;
     for &smoothing in tried {
         let text = text(smoothing);
-        super::load(trial.path(), &text, input, Preset::Paper)?;
-        let case = super::load(trial.path(), &text, input, Preset::Demo)?;
+        let load = |preset| super::load(trial.path(), &text, input, preset);
+        let case = match load(Preset::Paper).and_then(|_| load(Preset::Demo)) {
+            Ok(case) => case,
+            // Smoother lines may leave the surface.
+            Err(ProposalError::Case(_)) if !smoothing.is_none() && tried.len() > 1 => continue,
+            Err(error) => return Err(error),
+        };
         match meshed(&case) {
             Ok((worst, mesh)) => {
                 let (text, elements) = with_elements(&case, text);

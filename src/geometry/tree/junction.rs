@@ -417,8 +417,8 @@ fn apex(lumen: &Lumen, (a, s): (usize, f64), (b, t): (usize, f64)) -> Result<Vec
     if let Some(surface) = &lumen.surface {
         // From the shared branch out of the lumen.
         let leaves = |i: usize| surface.between(&at(u(i)), &at(u(i + 1)));
-        let place = (0..STEPS).find_map(leaves);
-        return place.ok_or(TreeError::Apex(p.at(s)));
+        let met = (0..STEPS).find_map(leaves);
+        return met.map(|(_, x)| x).ok_or(TreeError::Apex(p.at(s)));
     }
     let place = (0..STEPS).find(|i| is_inside(u(*i)) && !is_inside(u(i + 1)));
     let i = place.ok_or(TreeError::Apex(p.at(s)))?;
