@@ -9,6 +9,7 @@
 use super::error::TreeError;
 use super::lumen::Lumen;
 use super::section::{CrossSection, SectionGrid, worst_between};
+use super::stack::OVERLAP;
 use crate::Vec3;
 use crate::curve::CentreLine;
 use rayon::prelude::*;
@@ -23,6 +24,8 @@ const DAUGHTER_CUT: f64 = 1.0;
 /// The smallest angle between two half-discs, rad.
 const LEAST_ANGLE: f64 = 0.35;
 
+/// How far the surface may lie from where lines part, in radii.
+const REACH: f64 = 4.0;
 /// Heights of the last cross-section's rim and core in the half sphere that closes a branch, in radii.
 const RIM_OF_DOME: f64 = 0.6;
 const CORE_OF_DOME: f64 = 0.4;
@@ -77,7 +80,7 @@ impl Junction {
         let place = |&(line, s): &(usize, f64)| past(&lumen.lines[line], s).dot(&spread.across);
         order.sort_by(|a, b| place(a).total_cmp(&place(b)));
         let apices: Vec<Vec3> = (order.windows(2))
-            .map(|pair| apex(lumen, pair[0], pair[1]))
+            .map(|pair| apex(lumen, &spread.flow, pair[0], pair[1]))
             .collect::<Result<_, _>>()?;
         let tried = |back: &f64| {
             Self::at(slicer, trunk, &order, &spread, &apices, *back)
@@ -195,9 +198,8 @@ impl Junction {
             };
             let foot = line.foot(&end.cut);
             let tangent = line.tangent(foot.s);
-            let first = across(&self.axis, &tangent);
-            let plane = slicer.plane(foot.centre, &tangent, &first, 0.0)?;
             let (upstream, radius) = (daughter.is_none(), foot.radius);
+            let plane = slicer.plane_near(line, foot.s, &self.axis, 0.0, upstream)?;
             let folded = self.section(daughter);
             let (mut all, _) = slicer.unfolding(folded, &plane, &tangent, radius, upstream)?;
             all.push(plane);
@@ -241,6 +243,11 @@ fn past(line: &CentreLine, s: f64) -> Vec3 {
     line.at(s + line.radius(s))
 }
 
+/// Its tangent there.
+fn past_tangent(line: &CentreLine, s: f64) -> Vec3 {
+    line.tangent(s + line.radius(s))
+}
+
 /// A direction without its part along `tangent`.
 pub fn across(direction: &Vec3, tangent: &Vec3) -> Vec3 {
     (direction - tangent * tangent.dot(direction)).normalize()
@@ -272,6 +279,35 @@ impl Slicer {
             first * phi.cos() + second * phi.sin()
         });
         self.cut(centre, directions)
+    }
+
+    /// The plane cross-section at the arc length `s` (m) of a line, its rim from the direction `first` on, turned by an
+    /// angle (rad). Where the surface ends before, it is that of a place up to 1.5 radii closer to the junction, which
+    /// lies downstream of an inlet and upstream of an outlet, moved there.
+    pub fn plane_near(
+        &self,
+        line: &CentreLine,
+        s: f64,
+        first: &Vec3,
+        turned: f64,
+        downstream: bool,
+    ) -> Result<CrossSection, TreeError> {
+        const STEPS: usize = 15;
+        let at = |s: f64| {
+            let tangent = line.tangent(s);
+            (line.at(s), tangent, across(first, &tangent))
+        };
+        let (centre, tangent, own) = at(s);
+        if self.lumen.surface.is_none() || self.is_whole(centre, &tangent, &own) {
+            return self.plane(centre, &tangent, &own, turned);
+        }
+        let sense = if downstream { 1.0 } else { -1.0 };
+        let step = sense * OVERLAP / STEPS as f64 * line.radius(s);
+        let mut places = (1..=STEPS).map(|i| at(s + i as f64 * step));
+        let whole = places.find(|(x, tangent, first)| self.is_whole(*x, tangent, first));
+        let (x, along, first) = whole.ok_or(TreeError::Open(centre))?;
+        let plane = self.plane(x, &along, &first, turned)?;
+        Ok(plane.moved(centre, [&along, &tangent]))
     }
 
     /// Where a branch ends as half a sphere: cross-sections beyond the plane one at the end of its line, whose rims are
@@ -404,7 +440,14 @@ impl Slicer {
 }
 
 /// The point of the surface between two lines that part, halfway between their walls.
-fn apex(lumen: &Lumen, (a, s): (usize, f64), (b, t): (usize, f64)) -> Result<Vec3, TreeError> {
+/// Where the lines leave in nearly opposite directions, these places may stay within a surface: it is then met along
+/// the flow.
+fn apex(
+    lumen: &Lumen,
+    flow: &Vec3,
+    (a, s): (usize, f64),
+    (b, t): (usize, f64),
+) -> Result<Vec3, TreeError> {
     const STEPS: usize = 200;
     let (p, q) = (&lumen.lines[a], &lumen.lines[b]);
     let r = p.radius(s).max(q.radius(t));
@@ -417,7 +460,13 @@ fn apex(lumen: &Lumen, (a, s): (usize, f64), (b, t): (usize, f64)) -> Result<Vec
     if let Some(surface) = &lumen.surface {
         // From the shared branch out of the lumen.
         let leaves = |i: usize| surface.between(&at(u(i)), &at(u(i + 1)));
-        let met = (0..STEPS).find_map(leaves);
+        let ahead = || {
+            let mean = past_tangent(p, s) + past_tangent(q, t) + flow;
+            let hit = surface.ray(&at(0.0), &mean.normalize())?;
+            let x = at(0.0) + mean.normalize() * hit.distance;
+            (hit.distance < REACH * r).then_some((hit, x))
+        };
+        let met = (0..STEPS).find_map(leaves).or_else(ahead);
         return met.map(|(_, x)| x).ok_or(TreeError::Apex(p.at(s)));
     }
     let place = (0..STEPS).find(|i| is_inside(u(*i)) && !is_inside(u(i + 1)));

@@ -14,7 +14,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
 /// A surface may end, or be closed, so many radii before the line does.
-const OVERLAP: f64 = 1.5;
+pub(super) const OVERLAP: f64 = 1.5;
 /// The plane cross-sections of a branch take at least this many radii ...
 const LEAST_LENGTH: f64 = 0.3;
 /// ... and what leads to them from junctions at least this share of what it has where there is room.
@@ -165,10 +165,11 @@ impl Tree {
         let section = |i: usize| {
             let nearest = i.clamp(whole.start, whole.end - 1);
             let share = (stations[i] - begin) / (end - begin);
-            let centre = line.at(stations[nearest]);
             let (tangent, first) = (&tangents[nearest], &frames.first[nearest]);
             let turned = frames.turn * share * share * (3.0 - 2.0 * share);
-            let section = (self.slicer).plane(centre, tangent, first, turned)?;
+            let is_inlet = branch.from.is_none();
+            let section =
+                (self.slicer).plane_near(line, stations[nearest], first, turned, is_inlet)?;
             Ok(match nearest == i {
                 true => section,
                 false => section.moved(line.at(stations[i]), [tangent, &tangents[i]]),
