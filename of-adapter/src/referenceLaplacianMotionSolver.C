@@ -4,6 +4,7 @@
 
 #include "referenceLaplacianMotionSolver.H"
 #include "fsiCompatibility.H"
+#include "fsiConductance.H"
 #include "addToRunTimeSelectionTable.H"
 #include "fixedValueFvPatchFields.H"
 #include "fvMatrices.H"
@@ -25,57 +26,6 @@ namespace Foam
 
 
 // * * * * * * * * * * * * * Private Member Functions  * * * * * * * * * * * //
-
-Foam::vectorField Foam::referenceLaplacianMotionSolver::cellCentres() const
-{
-    const cellList& cells = fvMesh_.cells();
-    vectorField centres(cells.size());
-    forAll(cells, celli)
-    {
-        centres[celli] = cells[celli].centre(points0(), fvMesh_.faces());
-    }
-    return centres;
-}
-
-
-void Foam::referenceLaplacianMotionSolver::setConductance
-(
-    const vectorField& centres
-)
-{
-    // Where each face sees the other side: the neighbour's centre, which on a
-    // coupled patch lies on another rank; else the centre of the face
-    vectorField beyond;
-    syncTools::swapBoundaryCellPositions(fvMesh_, centres, beyond);
-
-    const faceList& faces = fvMesh_.faces();
-    const polyBoundaryMesh& patches = fvMesh_.boundaryMesh();
-    conductance_.resize(faces.size());
-    forAll(faces, facei)
-    {
-        const vector area(faces[facei].areaNormal(points0()));
-        const scalar size = mag(area);
-        const point& own = centres[fvMesh_.faceOwner()[facei]];
-        point other;
-        if (fvMesh_.isInternalFace(facei))
-        {
-            other = centres[fvMesh_.faceNeighbour()[facei]];
-        }
-        else if (patches[patches.whichPatch(facei)].coupled())
-        {
-            other = beyond[facei - fvMesh_.nInternalFaces()];
-        }
-        else
-        {
-            other = faces[facei].centre(points0());
-        }
-        // Bounded as OpenFOAM does for faces far from orthogonal
-        const vector d(other - own);
-        conductance_[facei] =
-            size/max((area & d)/(size + VSMALL), 0.05*mag(d));
-    }
-}
-
 
 void Foam::referenceLaplacianMotionSolver::applyDiffusivity
 (
@@ -261,8 +211,8 @@ Foam::referenceLaplacianMotionSolver::referenceLaplacianMotionSolver
         fixedValueFvPatchVectorField::typeName
     )
 {
-    const vectorField centres(cellCentres());
-    setConductance(centres);
+    const vectorField centres(fsi::cellCentres(fvMesh_, points0()));
+    conductance_ = fsi::conductance(fvMesh_, points0(), centres);
     if (coeffDict().found("diffusivity"))
     {
         applyDiffusivity(coeffDict().subDict("diffusivity"));

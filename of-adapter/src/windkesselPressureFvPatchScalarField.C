@@ -4,6 +4,7 @@
 
 #include "windkesselPressureFvPatchScalarField.H"
 #include "fsiTimeScheme.H"
+#include "fsiWindkessels.H"
 #include "addToRunTimeSelectionTable.H"
 #include "fvPatchFieldMapper.H"
 #include "surfaceFields.H"
@@ -181,17 +182,30 @@ Foam::scalar Foam::windkesselPressureFvPatchScalarField::pressure() const
 }
 
 
-Foam::scalar
-Foam::windkesselPressureFvPatchScalarField::patchPressure() const
+Foam::scalar Foam::windkesselPressureFvPatchScalarField::localFlow() const
 {
-    const scalar p = pressure();
-    if (proximalResistance_ <= 0)
-    {
-        return p;
-    }
-    const scalar Q =
-        gSum(patch().lookupPatchField<surfaceScalarField, scalar>(phiName_));
-    return p + proximalResistance_*Q;
+    return sum(patch().lookupPatchField<surfaceScalarField, scalar>(phiName_));
+}
+
+
+Foam::scalar Foam::windkesselPressureFvPatchScalarField::target
+(
+    const scalar Q
+) const
+{
+    const Time& time = db().time();
+    const scalar factor = ramp_ ? ramp_->value(time.timeOutputValue()) : 1;
+    const scalar p =
+        next(time.deltaTValue(), time.timeOutputValue(), Q)
+      + proximalResistance_*Q;
+    return (rampedFrom_ + factor*(p - rampedFrom_))/density_;
+}
+
+
+void Foam::windkesselPressureFvPatchScalarField::begin()
+{
+    advance();
+    timeStep_ = db().time().deltaTValue();
 }
 
 
@@ -201,14 +215,7 @@ void Foam::windkesselPressureFvPatchScalarField::updateCoeffs()
     {
         return;
     }
-    advance();
-    timeStep_ = db().time().deltaTValue();
-    const scalar factor =
-        ramp_ ? ramp_->value(db().time().timeOutputValue()) : 1;
-    operator==
-    (
-        (rampedFrom_ + factor*(patchPressure() - rampedFrom_))/density_
-    );
+    operator==(fsi::windkessels::pressure(*this));
 
     fixedValueFvPatchScalarField::updateCoeffs();
 }
