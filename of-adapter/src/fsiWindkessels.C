@@ -3,7 +3,6 @@
 \*---------------------------------------------------------------------------*/
 
 #include "fsiWindkessels.H"
-#include "fsiCompatibility.H"
 #include "fsiConductance.H"
 #include "fsiTimeScheme.H"
 #include "fixedValueFvPatchFields.H"
@@ -19,8 +18,10 @@ namespace
     //- Sums over the ranks, the same on all
     void sumUp(scalarList& values)
     {
-        Pstream::listCombineGather(values, plusEqOp<scalar>());
-        fsi::share(values);
+        for (scalar& value : values)
+        {
+            reduce(value, sumOp<scalar>());
+        }
     }
 
     const windkesselPressureFvPatchScalarField& windkessel

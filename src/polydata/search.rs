@@ -203,7 +203,7 @@ impl SurfaceSearch {
         })
     }
 
-    /// Where the straight way between two places meets the surface first, and the place, m.
+    /// How the straight way between two places meets the surface first, and where, m.
     pub fn between(&self, from: &Vec3, to: &Vec3) -> Option<(RayHit, Vec3)> {
         let direction = (to - from).try_normalize(0.0)?;
         let hit = self.ray(from, &direction)?;

@@ -86,7 +86,8 @@ fn wall(domain: &Domain) -> Vec<Vec3> {
     numbers.iter().map(|i| mesh.points[*i]).collect()
 }
 
-fn is_close(folder: &Path, worst: f64) -> Case {
+/// Within 1 % of the volume, and 99 % of the wall's points within a share of the radius.
+fn is_close(folder: &Path, worst: f64, farthest: f64) -> Case {
     let case = load(folder).unwrap_or_else(|e| panic!("{e}"));
     let domain = Domain::new(&case).unwrap();
     let of_file = original(folder);
@@ -101,7 +102,7 @@ fn is_close(folder: &Path, worst: f64) -> Case {
         at(1.0)
     );
     assert!((share - 1.0).abs() < 0.01, "{share}");
-    assert!(at(0.99) < 0.02, "{}", at(0.99));
+    assert!(at(0.99) < farthest, "{}", at(0.99));
     assert!(jacobian > worst, "{jacobian}");
     case
 }
@@ -121,7 +122,7 @@ fn closed_carotid(folder: &Path) {
 fn cells_of_a_carotid_fill_its_surface() {
     let folder = tempfile::tempdir().unwrap();
     closed_carotid(folder.path());
-    let case = is_close(folder.path(), 0.3);
+    let case = is_close(folder.path(), 0.3, 0.02);
     let record = Case::of_earlier_run(&case.to_toml_string()).unwrap();
     std::fs::remove_file(folder.path().join("tree.stl")).unwrap();
     assert_eq!(
@@ -140,7 +141,84 @@ fn cells_of_a_tree_with_seven_junctions_fill_its_surface() {
         &["--closed", "--spacing", "0.35"],
         "lumen_smoothing_m = 4e-4",
     );
-    is_close(folder.path(), 0.2);
+    is_close(folder.path(), 0.2, 0.02);
+}
+
+/// A vessel of this radius (mm) along x up to the origin, where daughters leave it in a plane, each with its angle
+/// (degrees), length and radius (mm); around them a closed surface.
+fn fork(folder: &Path, parent: f64, daughters: &[[f64; 3]]) {
+    let mut points: Vec<(f64, f64, f64, i32)> = Vec::new();
+    for i in 0..8 {
+        points.push((2.0 * f64::from(i) - 14.0, 0.0, parent, i));
+    }
+    for [angle, length, radius] in daughters {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        for i in 1..=6 {
+            let before = if i == 1 { 8 } else { points.len() as i32 };
+            let s = length * f64::from(i) / 6.0;
+            points.push((s * cos, s * sin, *radius, before));
+        }
+    }
+    let rows = points.iter().enumerate().map(|(i, (x, y, r, before))| {
+        let before = if *before == 0 { -1 } else { *before };
+        format!("{} 5 {x} {y} 0 {r} {before}\n", i + 1)
+    });
+    let lines = folder.join("lines.swc");
+    std::fs::write(&lines, rows.collect::<String>()).unwrap();
+    let mut command = Command::new("python3");
+    command.arg(Path::new(EXAMPLES).join("lumen.py"));
+    command.arg(&lines).arg(folder.join("tree.stl"));
+    let made = command.args(["--closed", "--spacing", "0.3"]).output();
+    assert!(made.unwrap().status.success());
+    let case = r#"extends = "defaults"
+[tree]
+lines = "lines.swc"
+unit = "mm"
+lumen = "tree.stl"
+core = 4
+[[tree.opening]]
+name = "inlet"
+condition = "flow"
+base_m3_s = 1e-6
+[[tree.opening]]
+name = "outlet1"
+condition = "pressure"
+pressure_Pa = 0.0
+[[tree.opening]]
+name = "outlet2"
+condition = "pressure"
+pressure_Pa = 0.0
+[wall.extrude]
+layers = ["wall"]
+thicknesses = [0.1]
+[[wall.material]]
+name = "wall"
+material = "neo_hooke"
+mu_Pa = 1.5e5
+kappa_Pa = 1e7
+[coupling]
+surrogate = "none"
+[output]
+structure_interval_s = 0.1
+fluid_interval_s = 0.1
+"#;
+    std::fs::write(folder.join("case.toml"), case).unwrap();
+}
+
+/// The parent's wall lies across the short one's direction, next to its end: it does not close it.
+#[test]
+fn the_end_of_a_short_branch_is_next_to_its_parents_wall() {
+    let folder = tempfile::tempdir().unwrap();
+    fork(folder.path(), 1.6, &[[40.0, 12.0, 1.4], [-80.0, 3.4, 1.3]]);
+    is_close(folder.path(), 0.4, 0.04);
+}
+
+/// What lies between the lines never leaves the surface.
+#[test]
+fn daughters_may_leave_in_opposite_directions() {
+    let folder = tempfile::tempdir().unwrap();
+    fork(folder.path(), 1.75, &[[83.0, 9.0, 1.5], [-83.0, 9.0, 1.5]]);
+    is_close(folder.path(), 0.4, 0.02);
 }
 
 /// The points of the native elements' wall, and their volume.

@@ -144,6 +144,40 @@ fn a_symmetric_y_divides_its_flow_and_resumes() {
     assert_same_run(&whole, &parts);
 }
 
+/// Over a step of 5 ms these windkessels are three times as stiff as the blood between them is heavy, so that pressures
+/// which follow the latest flow would diverge. Both fluids divide the flow equally.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn small_windkessels_converge_with_openfoam_as_natively() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = folder.path().join("case");
+    case(&at, |text| {
+        text.replacen("compliance_m3_Pa = 6e-11", "compliance_m3_Pa = 1e-11", 2)
+            .replacen("resistance_Pa_s_m3 = 5e8", "resistance_Pa_s_m3 = 5e9", 1)
+            .replace("step_s = 0.002", "step_s = 0.005")
+            .replace("pressure_residual = 1e-7", "pressure_residual = 1e-3")
+            .replace("max_correctors = 60", "max_correctors = 6")
+            .replace("e_rel = 1e-6", "e_rel = 1e-4")
+    });
+    let flows = ["openfoam", "native"].map(|fluid| {
+        let out = folder.path().join(fluid);
+        run(&at, &out, 20, &["--fluid", fluid]);
+        let tries = column(&out.join("iterations.csv"), "attempt", |_| true);
+        assert!(tries.iter().all(|attempt| *attempt == 1.0), "{tries:?}");
+        println!("{fluid}: {} iterations", tries.len());
+        assert!((16..60).contains(&tries.len()), "{}", tries.len());
+        ["left", "right"].map(|name| opening(&out, name))
+    });
+    let [openfoam, native] = &flows;
+    for (a, b) in openfoam.iter().zip(native) {
+        let largest = b.iter().map(|row| row[0].abs()).fold(0.0, f64::max);
+        for (a, b) in a.iter().zip(b) {
+            println!("{a:?} {b:?}");
+            assert!((a[0] - b[0]).abs() < 0.03 * largest, "{a:?} {b:?}");
+        }
+    }
+}
+
 /// A fixed share leaves through one of the daughters, whatever their resistances.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]

@@ -9,7 +9,6 @@
 use super::error::TreeError;
 use super::lumen::Lumen;
 use super::section::{CrossSection, SectionGrid, worst_between};
-use super::stack::OVERLAP;
 use crate::Vec3;
 use crate::curve::CentreLine;
 use rayon::prelude::*;
@@ -24,6 +23,8 @@ const DAUGHTER_CUT: f64 = 1.0;
 /// The smallest angle between two half-discs, rad.
 const LEAST_ANGLE: f64 = 0.35;
 
+/// A surface may end, or be closed, so many radii before the line does.
+pub(super) const OVERLAP: f64 = 1.5;
 /// How far the surface may lie from where lines part, in radii.
 const REACH: f64 = 4.0;
 /// Heights of the last cross-section's rim and core in the half sphere that closes a branch, in radii.
@@ -199,7 +200,8 @@ impl Junction {
             let foot = line.foot(&end.cut);
             let tangent = line.tangent(foot.s);
             let (upstream, radius) = (daughter.is_none(), foot.radius);
-            let plane = slicer.plane_near(line, foot.s, &self.axis, 0.0, upstream)?;
+            let first = across(&self.axis, &tangent);
+            let plane = slicer.plane_near(line, foot.s, &first, 0.0, upstream)?;
             let folded = self.section(daughter);
             let (mut all, _) = slicer.unfolding(folded, &plane, &tangent, radius, upstream)?;
             all.push(plane);
@@ -281,9 +283,9 @@ impl Slicer {
         self.cut(centre, directions)
     }
 
-    /// The plane cross-section at the arc length `s` (m) of a line, its rim from the direction `first` on, turned by an
-    /// angle (rad). Where the surface ends before, it is that of a place up to 1.5 radii closer to the junction, which
-    /// lies downstream of an inlet and upstream of an outlet, moved there.
+    /// The plane cross-section at the arc length `s` (m) of a line, its rim from the direction `first` across the line
+    /// on, turned by an angle (rad). Where the surface ends before, it is that of a place up to 1.5 radii closer to the
+    /// junction, which lies downstream of an inlet and upstream of an outlet, moved there.
     pub fn plane_near(
         &self,
         line: &CentreLine,
@@ -293,17 +295,17 @@ impl Slicer {
         downstream: bool,
     ) -> Result<CrossSection, TreeError> {
         const STEPS: usize = 15;
-        let at = |s: f64| {
-            let tangent = line.tangent(s);
-            (line.at(s), tangent, across(first, &tangent))
-        };
-        let (centre, tangent, own) = at(s);
-        if self.lumen.surface.is_none() || self.is_whole(centre, &tangent, &own) {
-            return self.plane(centre, &tangent, &own, turned);
+        let (centre, tangent) = (line.at(s), line.tangent(s));
+        if self.lumen.surface.is_none() || self.is_whole(centre, &tangent, first) {
+            return self.plane(centre, &tangent, first, turned);
         }
         let sense = if downstream { 1.0 } else { -1.0 };
         let step = sense * OVERLAP / STEPS as f64 * line.radius(s);
-        let mut places = (1..=STEPS).map(|i| at(s + i as f64 * step));
+        let mut places = (1..=STEPS).map(|i| {
+            let s = s + i as f64 * step;
+            let tangent = line.tangent(s);
+            (line.at(s), tangent, across(first, &tangent))
+        });
         let whole = places.find(|(x, tangent, first)| self.is_whole(*x, tangent, first));
         let (x, along, first) = whole.ok_or(TreeError::Open(centre))?;
         let plane = self.plane(x, &along, &first, turned)?;

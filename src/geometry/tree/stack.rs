@@ -4,7 +4,7 @@
 use super::Tree;
 use super::branch::{Branch, Middle, Stack};
 use super::error::TreeError;
-use super::junction::across;
+use super::junction::{OVERLAP, across};
 use super::meeting::Meeting;
 use super::section::CrossSection;
 use super::side::{Hole, plug};
@@ -13,8 +13,6 @@ use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-/// A surface may end, or be closed, so many radii before the line does.
-pub(super) const OVERLAP: f64 = 1.5;
 /// The plane cross-sections of a branch take at least this many radii ...
 const LEAST_LENGTH: f64 = 0.3;
 /// ... and what leads to them from junctions at least this share of what it has where there is room.
