@@ -172,7 +172,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                     "no wall grows on these lines: trying smoother ones"
                 ));
                 first.get_or_insert(failure);
-                input.without_wall.push(way);
+                input.ruled_out.push(way);
+                input.ruled_out.append(&mut proposal.without_mesh);
             }
             (Err(failure), _) => return Err(failure),
         }
@@ -234,7 +235,7 @@ impl Arguments {
             names: self.names.clone(),
             leave_out: self.leave_out.clone(),
             least_radius: self.least_radius,
-            without_wall: Vec::new(),
+            ruled_out: Vec::new(),
             leaves_impossible_out: self.leave_out_impossible,
             split: self.split.clone(),
             murray: self.murray,

@@ -31,8 +31,7 @@ impl Ends {
     /// # Errors
     /// If the file cannot be read, or the input does not fit it.
     pub fn of(input: &ProposalInput, path: &Path, unit: LengthUnit) -> Result<Self, ProposalError> {
-        let mut keys = TreeKeys::of_file(path.to_path_buf(), unit);
-        keys.least_radius = input.least_radius;
+        let mut keys = input.tree_keys(path, unit);
         keys.read().map_err(|(key, reason)| match key {
             "tree.least_radius_m" => format!("--least-radius: {reason}"),
             _ => format!("--from {reason}"),
@@ -84,6 +83,28 @@ impl Ends {
             range,
             length,
         })
+    }
+}
+
+impl Ends {
+    /// Keys of the lines with these names, without those that are left out.
+    pub fn keys(&self, input: &ProposalInput, path: &Path, unit: LengthUnit) -> TreeKeys {
+        TreeKeys {
+            inlet: Some(self.names[0].clone()),
+            outlets: self.in_file.clone(),
+            leave_out: input.leave_out.clone(),
+            ..input.tree_keys(path, unit)
+        }
+    }
+}
+
+impl ProposalInput {
+    /// Keys of all lines that are thick enough.
+    fn tree_keys(&self, path: &Path, unit: LengthUnit) -> TreeKeys {
+        TreeKeys {
+            least_radius: self.least_radius,
+            ..TreeKeys::of_file(path.to_path_buf(), unit)
+        }
     }
 }
 

@@ -15,8 +15,9 @@ const GOOD: f64 = 0.25;
 const OF_QUALITY: f64 = 0.3;
 /// Points of an element of usual degree along each direction.
 const NODES: usize = 5;
-/// Most ends that are named in a refusal.
+/// Most ends that are named in a refusal, and of which it says how many can stay: with more that takes minutes.
 const NAMED: usize = 6;
+const SEARCHED: usize = 12;
 
 /// Ends of a tree that are left out.
 pub(super) struct Impossible {
@@ -64,12 +65,8 @@ fn with(
     ends: &Ends,
     smoothing: Smoothing,
 ) -> Result<Impossible, ProposalError> {
-    let mut keys = TreeKeys::of_file(path.to_path_buf(), unit);
+    let mut keys = ends.keys(input, path, unit);
     smoothing.put_into(&mut keys);
-    keys.inlet = Some(ends.names[0].clone());
-    keys.outlets.clone_from(&ends.in_file);
-    keys.leave_out.clone_from(&input.leave_out);
-    keys.least_radius = input.least_radius;
     keys.lumen.clone_from(&input.lumen);
     keys.lumen_unit = input.lumen_unit;
     // The mesh of the preset that comes first.
@@ -103,6 +100,9 @@ fn with(
 pub(super) fn advice(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends) -> String {
     if input.leaves_impossible_out {
         return String::new();
+    }
+    if ends.shares.len() > SEARCHED {
+        return "; --leave-out-impossible finds ends without which the others have a mesh, if there are such".into();
     }
     match of(input, path, unit, ends) {
         Ok(found) if !found.ends.is_empty() => {

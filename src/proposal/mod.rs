@@ -116,8 +116,8 @@ pub struct ProposalInput {
     pub leave_out: Vec<String>,
     /// Radius (m) of the thinnest vessel of a tree that counts, if there is a limit.
     pub least_radius: Option<f64>,
-    /// Ways of smoothing the lines of a tree that are known to lead to no wall, see [`Proposal::way`].
-    pub without_wall: Vec<usize>,
+    /// Ways of smoothing the lines of a tree that are known to lead to no mesh or no wall, see [`Proposal::way`].
+    pub ruled_out: Vec<usize>,
     /// Whether lines are left out without which the others have a mesh.
     pub leaves_impossible_out: bool,
     /// Shares of the flow of a tree's outlets, if they do not follow from their radii.
@@ -137,6 +137,8 @@ pub struct Proposal {
     pub remarks: Vec<String>,
     /// Which way of smoothing the lines of a tree it takes, if there are more.
     pub way: Option<usize>,
+    /// Those with which the lines have no mesh.
+    pub without_mesh: Vec<usize>,
 }
 
 /// Why there is no proposal.
@@ -235,6 +237,7 @@ impl Proposal {
             files,
             remarks,
             way: None,
+            without_mesh: Vec::new(),
         })
     }
 }

@@ -1,5 +1,6 @@
 //! How the lines of a tree are smoothed so that they have a mesh.
 
+use super::ends::Ends;
 use super::{ProposalInput, files};
 use crate::case::{LengthUnit, TreeKeys};
 use std::path::Path;
@@ -32,7 +33,7 @@ pub(super) struct Smoothing {
 
 impl Smoothing {
     /// What the options say, or what is tried in turn for lines of this mean radius (m), without what is known to lead
-    /// to no wall.
+    /// to no mesh or to no wall.
     pub fn tried(input: &ProposalInput, radius: f64) -> Vec<Self> {
         if [input.smoothing, input.junction_smoothing] != [None; 2] {
             return vec![Self {
@@ -43,7 +44,7 @@ impl Smoothing {
         }
         let positive = |x: f64| (x > 0.0).then_some(x);
         let all = TRIED.iter().enumerate();
-        let left = all.filter(|(way, _)| !input.without_wall.contains(way));
+        let left = all.filter(|(way, _)| !input.ruled_out.contains(way));
         left.map(|(way, (junctions, waves))| Self {
             way: Some(way),
             junctions: positive(*junctions),
@@ -63,7 +64,13 @@ impl Smoothing {
     }
 
     /// What is to be said of it, unless it was given or nothing is smoothed.
-    pub fn remark(self, input: &ProposalInput, path: &Path, unit: LengthUnit) -> Option<String> {
+    pub fn remark(
+        self,
+        input: &ProposalInput,
+        path: &Path,
+        unit: LengthUnit,
+        ends: &Ends,
+    ) -> Option<String> {
         if self.is_none() || self.way.is_none() {
             return None;
         }
@@ -74,7 +81,7 @@ impl Smoothing {
             format!("smooth curves replace the lines within {radii} radii of where branches part")
         });
         let parts: Vec<String> = junctions.into_iter().chain(waves).collect();
-        let [moved, radii] = self.moved(input, path, unit)?;
+        let [moved, radii] = self.moved(ends.keys(input, path, unit))?;
         Some(format!(
             "smoothing {}, since the lines as they are have no mesh or no wall: points move by up to {:.2} mm ({radii:.1} radii)",
             parts.join(", "),
@@ -82,10 +89,8 @@ impl Smoothing {
         ))
     }
 
-    /// How far points of the lines move at most, m and in radii there.
-    fn moved(self, input: &ProposalInput, path: &Path, unit: LengthUnit) -> Option<[f64; 2]> {
-        let mut keys = TreeKeys::of_file(path.to_path_buf(), unit);
-        keys.least_radius = input.least_radius;
+    /// How far points of the lines that are kept move at most, m and in radii there.
+    fn moved(self, mut keys: TreeKeys) -> Option<[f64; 2]> {
         let mut smooth = keys.clone();
         self.put_into(&mut smooth);
         keys.read().and_then(|()| smooth.read()).ok()?;

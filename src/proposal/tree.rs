@@ -113,25 +113,24 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
         files.push((name.to_string_lossy().into_owned(), path.clone()));
     }
     let text = |smoothing| text(input, &path, unit, &ends, (pulse, smoothing), &figures);
-    let found = with_mesh(input, &files, &tried, text)?.map_err(|mistake| {
-        ProposalError::Input(format!(
-            "--from {}: {mistake}{}{}",
-            path.display(),
-            if tried.len() > 1 {
-                "; smoother lines have no mesh either"
-            } else {
-                ""
-            },
-            impossible::advice(input, &path, unit, &ends)
-        ))
-    })?;
-    remarks.extend(found.smoothing.remark(input, &path, unit));
+    let refused = |mistake: TreeMistake| {
+        let smoother = match tried.len() {
+            1 => "",
+            _ => "; smoother lines have no mesh either",
+        };
+        let advice = impossible::advice(input, &path, unit, &ends);
+        let reason = format!("--from {}: {mistake}{smoother}{advice}", path.display());
+        ProposalError::Input(reason)
+    };
+    let found = with_mesh(input, &files, &tried, text, refused)?;
+    remarks.extend(found.smoothing.remark(input, &path, unit, &ends));
     remarks.extend(found.remarks);
     Ok(Proposal {
         text: found.text,
         files,
         remarks,
         way: found.smoothing.way,
+        without_mesh: found.without_mesh,
     })
 }
 
@@ -195,16 +194,19 @@ struct Meshed {
     worst: f64,
     /// What is to be said of it.
     remarks: Vec<String>,
+    /// The ways of smoothing that were tried before and lead to no mesh.
+    without_mesh: Vec<usize>,
 }
 
 /// The case whose lines have a mesh as they are, or the first one with a good one, or else the best, of those smoothed
-/// as is tried; or what is wrong with the first one. `text` writes it.
+/// as is tried. `text` writes it, `refused` says what is wrong with the first one.
 fn with_mesh(
     input: &ProposalInput,
     files: &[(String, PathBuf)],
     tried: &[Smoothing],
     text: impl Fn(Smoothing) -> String,
-) -> Result<Result<Meshed, TreeMistake>, ProposalError> {
+    refused: impl Fn(TreeMistake) -> ProposalError,
+) -> Result<Meshed, ProposalError> {
     let trial = tempfile::tempdir()?;
     for (name, path) in files {
         std::fs::copy(path, trial.path().join(name))
@@ -212,41 +214,48 @@ fn with_mesh(
     }
     let mut first = None;
     let mut best: Option<Meshed> = None;
+    let mut without_mesh = Vec::new();
     for &smoothing in tried {
         let text = text(smoothing);
         let load = |preset| super::load(trial.path(), &text, input, preset);
         let case = match load(Preset::Paper).and_then(|_| load(Preset::Demo)) {
             Ok(case) => case,
             // Smoother lines may leave the surface.
-            Err(ProposalError::Case(_)) if !smoothing.is_none() && tried.len() > 1 => continue,
+            Err(ProposalError::Case(_)) if !smoothing.is_none() && tried.len() > 1 => {
+                without_mesh.extend(smoothing.way);
+                continue;
+            }
             Err(error) => return Err(error),
         };
         match meshed(&case) {
             Ok((worst, mesh)) => {
-                let (text, elements) = with_elements(&case, text);
-                let remarks = [Some(mesh), elements].into_iter().flatten().collect();
-                let found = Meshed {
-                    text,
-                    smoothing,
-                    worst,
-                    remarks,
-                };
-                if worst > GOOD || smoothing.is_none() || tried.len() == 1 {
-                    return Ok(Ok(found));
-                }
                 if best.as_ref().is_none_or(|known| worst > known.worst) {
-                    best = Some(found);
+                    let (text, elements) = with_elements(&case, text);
+                    best = Some(Meshed {
+                        text,
+                        smoothing,
+                        worst,
+                        remarks: [Some(mesh), elements].into_iter().flatten().collect(),
+                        without_mesh: Vec::new(),
+                    });
+                }
+                if worst > GOOD || smoothing.is_none() {
+                    break;
                 }
             }
-            Err(mistake) if !mistake.is_of_shape() => return Ok(Err(mistake)),
+            Err(mistake) if !mistake.is_of_shape() => return Err(refused(mistake)),
             Err(mistake) => {
+                without_mesh.extend(smoothing.way);
                 first.get_or_insert(mistake);
             }
         }
     }
     match (best, first) {
-        (Some(found), _) => Ok(Ok(found)),
-        (None, Some(first)) => Ok(Err(first)),
+        (Some(found), _) => Ok(Meshed {
+            without_mesh,
+            ..found
+        }),
+        (None, Some(first)) => Err(refused(first)),
         (None, None) => Err("all ways of smoothing the lines were tried".into()),
     }
 }
