@@ -44,6 +44,15 @@ pub struct Arguments {
         value_delimiter = ','
     )]
     leave_out: Vec<String>,
+    /// Ends of a tree that are no openings but lie within a sac, as that of an aneurysm does, by their names [default:
+    /// none].
+    #[arg(
+        long,
+        value_name = "NAME,NAME,...",
+        requires = "from",
+        value_delimiter = ','
+    )]
+    closed: Vec<String>,
     /// Vessels of a tree that are thinner are left out: each line ends where it is last as wide [default: all vessels].
     #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length, allow_hyphen_values = true)]
     least_radius: Option<f64>,
@@ -234,6 +243,7 @@ impl Arguments {
             has_tissue: self.tissue,
             names: self.names.clone(),
             leave_out: self.leave_out.clone(),
+            closed: self.closed.clone(),
             least_radius: self.least_radius,
             ruled_out: Vec::new(),
             leaves_impossible_out: self.leave_out_impossible,

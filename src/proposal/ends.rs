@@ -1,7 +1,7 @@
 //! The ends of a tree's lines: their names, radii, and shares of the flow.
 
 use super::{ProposalError, ProposalInput, files};
-use crate::case::{LengthUnit, TreeKeys};
+use crate::case::{LengthUnit, TreeKeys, TreeLine};
 use std::path::Path;
 
 /// Flow goes with this power of the radius (Murray 1926).
@@ -23,6 +23,8 @@ pub(super) struct Ends {
     pub length: f64,
     /// Share of the flow of each outlet.
     pub shares: Vec<f64>,
+    /// Of each line that is kept, in the order of the file: its name, its share, and the radius at its end.
+    pub lines: Vec<(String, f64, f64)>,
 }
 
 impl Ends {
@@ -39,17 +41,22 @@ impl Ends {
         let lines = keys.line.unwrap_or_default();
         let mut names = names(input, lines.len())?;
         let in_file = names[1..].to_vec();
-        if let Some(unknown) = (input.leave_out.iter()).find(|name| !in_file.contains(name)) {
-            return Err(ProposalError::Input(format!(
-                "--leave-out {unknown}: no line ends there; they end at {}",
-                in_file.join(", ")
-            )));
+        for (option, given) in [
+            ("--leave-out", &input.leave_out),
+            ("--closed", &input.closed),
+        ] {
+            if let Some(unknown) = given.iter().find(|name| !in_file.contains(name)) {
+                return Err(ProposalError::Input(format!(
+                    "{option} {unknown}: no line ends there; they end at {}",
+                    in_file.join(", ")
+                )));
+            }
         }
         let is_kept = |name: &String| !input.leave_out.contains(name);
-        names.retain(is_kept);
-        let kept = lines.into_iter().zip(&in_file);
-        let kept = kept.filter(|(_, name)| is_kept(name));
-        let lines: Vec<_> = kept.map(|(line, _)| line).collect();
+        let is_open = |name: &String| !input.closed.contains(name);
+        names.retain(|name| is_kept(name) && is_open(name));
+        let kept = in_file.iter().cloned().zip(lines);
+        let lines: Vec<_> = kept.filter(|(name, _)| is_kept(name)).collect();
         if lines.len() < 2 {
             let option = match input.leave_out.is_empty() {
                 true => "--least-radius",
@@ -58,6 +65,14 @@ impl Ends {
             let reason = "a tree has two ends at least: --branch takes one line alone";
             return Err(ProposalError::Input(format!("{option}: {reason}")));
         }
+        if names.len() < 2 {
+            return Err("--closed: one end at least must be an outlet".into());
+        }
+        let ends: Vec<(String, f64)> = (lines.iter())
+            .map(|(name, line)| (name.clone(), at_end(&line.radii)))
+            .collect();
+        let open: Vec<_> = lines.iter().filter(|(name, _)| is_open(name)).collect();
+        let lines: Vec<&TreeLine> = open.iter().map(|(_, line)| line).collect();
         let first = &lines[0].radii;
         let last = lines.iter().map(|line| at_end(&line.radii));
         let radii: Vec<f64> = std::iter::once(median(&first[..part(first)]))
@@ -75,10 +90,23 @@ impl Ends {
             all().sum::<f64>() / all().count() as f64,
         ];
         files::check_unit(unit, length, radii[0], true)?;
+        let shares = shares(&radii[1..], &input.split, input.murray)?;
+        // No flow leaves through a sac.
+        let share = |name: &String| {
+            let outlet = names[1..].iter().position(|other| other == name);
+            outlet.map_or(0.0, |outlet| shares[outlet])
+        };
+        let kept = ends.into_iter();
         Ok(Self {
+            lines: kept
+                .map(|(name, radius)| {
+                    let share = share(&name);
+                    (name, share, radius)
+                })
+                .collect(),
             names,
             in_file,
-            shares: shares(&radii[1..], &input.split, input.murray)?,
+            shares,
             radii,
             range,
             length,
@@ -93,6 +121,7 @@ impl Ends {
             inlet: Some(self.names[0].clone()),
             outlets: self.in_file.clone(),
             leave_out: input.leave_out.clone(),
+            closed: input.closed.clone(),
             ..input.tree_keys(path, unit)
         }
     }

@@ -3,7 +3,7 @@
 use super::ends::Ends;
 use super::smoothing::Smoothing;
 use super::{ProposalError, ProposalInput};
-use crate::case::{LengthUnit, TreeKeys, listed};
+use crate::case::{LengthUnit, listed};
 use crate::geometry::tree::Tree;
 use fsi_numerics::quadrature::Rule;
 use std::path::Path;
@@ -75,19 +75,12 @@ fn with(
         |reason: String| ProposalError::Input(format!("--from {}: {reason}", path.display()));
     keys.read().map_err(|(_, reason)| failed(reason))?;
     let nodes = Rule::gauss_lobatto(NODES).points;
-    let found = Tree::impossible_ends(&keys, ends.shares.clone(), &nodes);
+    let flows = ends.lines.iter().map(|(_, share, _)| *share).collect();
+    let found = Tree::impossible_ends(&keys, flows, &nodes);
     let (found, worst) = found.map_err(|mistake| failed(mistake.to_string()))?;
-    let of = |name: &String| {
-        let i = ends
-            .names
-            .iter()
-            .position(|other| other == name)
-            .unwrap_or(1);
-        (ends.shares[i - 1], ends.radii[i])
-    };
-    let left_out = found.into_iter().map(|(name, reason)| {
-        let (share, radius) = of(&name);
-        (name, share, radius, reason.briefly())
+    let left_out = found.into_iter().filter_map(|(name, reason)| {
+        let (_, share, radius) = ends.lines.iter().find(|(other, ..)| *other == name)?;
+        Some((name, *share, *radius, reason.briefly()))
     });
     Ok(Impossible {
         ends: left_out.collect(),
@@ -101,7 +94,7 @@ pub(super) fn advice(input: &ProposalInput, path: &Path, unit: LengthUnit, ends:
     if input.leaves_impossible_out {
         return String::new();
     }
-    if ends.shares.len() > SEARCHED {
+    if ends.lines.len() > SEARCHED {
         return "; --leave-out-impossible finds ends without which the others have a mesh, if there are such".into();
     }
     match of(input, path, unit, ends) {
@@ -110,7 +103,7 @@ pub(super) fn advice(input: &ProposalInput, path: &Path, unit: LengthUnit, ends:
             format!(
                 "; --leave-out-impossible leaves out {} of the {} ends ({}), {:.1} % of the flow, and says why of each",
                 found.ends.len(),
-                ends.shares.len(),
+                ends.lines.len(),
                 listed(&names, NAMED),
                 100.0 * found.share()
             )

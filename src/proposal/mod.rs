@@ -114,6 +114,8 @@ pub struct ProposalInput {
     pub names: Vec<String>,
     /// Names of the ends of a tree whose lines are left out.
     pub leave_out: Vec<String>,
+    /// Names of the ends of a tree that are no openings, but the ends of sacs.
+    pub closed: Vec<String>,
     /// Radius (m) of the thinnest vessel of a tree that counts, if there is a limit.
     pub least_radius: Option<f64>,
     /// Ways of smoothing the lines of a tree that are known to lead to no mesh or no wall, see [`Proposal::way`].
@@ -179,6 +181,7 @@ impl Proposal {
         let of_trees = [
             ("--names", !input.names.is_empty()),
             ("--leave-out", !input.leave_out.is_empty()),
+            ("--closed", !input.closed.is_empty()),
             ("--leave-out-impossible", input.leaves_impossible_out),
             ("--least-radius", input.least_radius.is_some()),
             ("--junction-smoothing", input.junction_smoothing.is_some()),

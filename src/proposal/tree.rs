@@ -81,9 +81,13 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
     let input = &input;
     let beat = Beat::of(input)?;
     let mut remarks = vec![format!(
-        "read      {}: a tree with {} ends{} (--branch takes one line alone)",
+        "read      {}: a tree with {} ends{}{} (--branch takes one line alone)",
         path.display(),
-        ends.shares.len(),
+        ends.lines.len(),
+        match ends.lines.len() - ends.shares.len() {
+            0 => String::new(),
+            closed => format!(", {closed} of them closed,"),
+        },
         input.least_radius.map_or(String::new(), |least| format!(
             " of vessels of at least {} mm",
             twelve_digits(1e3 * least)
@@ -142,7 +146,7 @@ fn with_possible_ends(
     unit: LengthUnit,
 ) -> Result<(ProposalInput, Ends, Vec<Smoothing>, Vec<String>), ProposalError> {
     let ends = Ends::of(input, path, unit)?;
-    let count = ends.shares.len();
+    let count = ends.lines.len();
     if count > MAX_ENDS {
         return Err(ProposalError::Input(format!(
             "--from {}: {count} ends are more than {MAX_ENDS}: leave out thin vessels{}",
@@ -171,10 +175,11 @@ fn few_enough(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends)
     let left = |share: i32| {
         let mut input = input.clone();
         // These are for the number of ends that the file has.
-        (input.names, input.split, input.leave_out) = Default::default();
+        (input.names, input.split) = Default::default();
+        (input.leave_out, input.closed) = Default::default();
         let least = two_digits(0.05 * f64::from(share) * ends.range[1]);
         input.least_radius = Some(least);
-        let count = Ends::of(&input, path, unit).ok()?.shares.len();
+        let count = Ends::of(&input, path, unit).ok()?.lines.len();
         (count <= MAX_ENDS).then_some((least, count))
     };
     let found = (1..60).find_map(left);
@@ -457,15 +462,21 @@ fn text(
         all.map(|name| name.to_string()).collect()
     };
     let in_file = quoted(&ends.in_file).join(", ");
-    let left_out = match &input.leave_out[..] {
+    let list = |key: &str, names: &[String], comment: &str| match names {
         [] => String::new(),
-        names => format!("leave_out = [{}]\n", quoted(names).join(", ")),
+        names => format!("{key} = [{}]{comment}\n", quoted(names).join(", ")),
     };
+    let left_out = list("leave_out", &input.leave_out, "");
+    let closed = list(
+        "closed",
+        &input.closed,
+        " # no openings: half a sphere ends these lines",
+    );
     let quoted = quoted(&ends.names);
     let (rings, grading) = figures.rings(5, 3.0);
     let _ = write!(
         text,
-        "inlet = {} # rename the openings here and in the tables below\noutlets = [{in_file}]\n{left_out}core = 4 # cells along a side of the square in the \
+        "inlet = {} # rename the openings here and in the tables below\noutlets = [{in_file}]\n{left_out}{closed}core = 4 # cells along a side of the square in the \
          middle of a cross-section\nradial = {rings} # rings of cells around it: the one at the wall is a quarter of the Stokes layer \
          thick\nwall_grading = {grading:?}\n{CELL_LENGTH}",
         quoted[0]

@@ -74,6 +74,67 @@ fn a_tree_becomes_a_case() {
     );
 }
 
+/// An artery with a sac at its side: one outlet, no opening at the end that is closed; and ends that cannot be.
+#[test]
+fn a_sac_is_no_opening() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut lines = String::new();
+    for i in 0..=8 {
+        let before = if i == 0 { -1 } else { i };
+        lines += &format!("{} 5 {} 0 0 2 {before}\n", i + 1, 2 * i);
+    }
+    // From the middle of the artery on: a neck, then the sac.
+    let sac = [
+        (1.0, 1.1),
+        (2.0, 1.1),
+        (3.0, 1.1),
+        (4.0, 1.5),
+        (5.0, 2.1),
+        (6.0, 2.4),
+    ];
+    for (i, (y, radius)) in sac.iter().enumerate() {
+        let before = if i == 0 { 5 } else { 9 + i };
+        lines += &format!("{} 5 8 {y} 0 {radius} {before}\n", 10 + i);
+    }
+    std::fs::write(folder.path().join("lines.swc"), lines).unwrap();
+    let new = |name: &str, more: &[&str]| {
+        let options = ["new", name, "--from", "lines.swc", "--unit", "mm"];
+        driver(folder.path(), &[&options, more].concat())
+    };
+    let made = new("case", &["--names", "inlet,artery,sac", "--closed", "sac"]);
+    let said = String::from_utf8_lossy(&made.stdout);
+    assert!(
+        made.status.success(),
+        "{}",
+        String::from_utf8_lossy(&made.stderr)
+    );
+    assert!(
+        said.contains("a tree with 2 ends, 1 of them closed"),
+        "{said}"
+    );
+    assert!(said.contains("split     artery 100.0 %"), "{said}");
+    let case = Case::load(&folder.path().join("case"), Preset::Demo, &[]).unwrap();
+    let tree = case.tree().unwrap();
+    assert_eq!(tree.open_names(), ["inlet", "artery"]);
+    assert_eq!(tree.closed, ["sac"]);
+    for (closed, reason) in [
+        (
+            "dome",
+            "--closed dome: no line ends there; they end at artery, sac",
+        ),
+        ("artery,sac", "--closed: one end at least must be an outlet"),
+    ] {
+        let refused = new(
+            "other",
+            &["--names", "inlet,artery,sac", "--closed", closed],
+        );
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{said}");
+        assert!(said.contains(reason), "{said}");
+        assert!(!folder.path().join("other").exists());
+    }
+}
+
 /// A carotid by its names and a given split; the windkessels that take off the wall's compliance; pictures.
 #[test]
 fn a_carotid_becomes_a_case_with_pictures() {
