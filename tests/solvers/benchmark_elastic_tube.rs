@@ -83,7 +83,7 @@ fn full_mesh_with_the_native_fluid() {
         &[&["--fluid", "native"], &rings[..]].concat(),
         1.2113e-4,
         6.9e-3,
-        4.6,
+        3.37,
     );
 }
 
