@@ -4,12 +4,9 @@
 
 #include "fsiWindkessels.H"
 #include "fsiConductance.H"
-#include "fsiTimeScheme.H"
-#include "fixedValueFvPatchFields.H"
 #include "fvMatrices.H"
 #include "pointIOField.H"
 #include "windkesselPressureFvPatchScalarField.H"
-#include "zeroGradientFvPatchFields.H"
 
 namespace
 {

@@ -44,8 +44,7 @@ pub struct Arguments {
         value_delimiter = ','
     )]
     leave_out: Vec<String>,
-    /// Ends of a tree that are no openings but lie within a sac, as that of an aneurysm does, by their names [default:
-    /// none].
+    /// Ends of a tree that lie within a sac, such as an aneurysm, and are no openings, by their names [default: none].
     #[arg(
         long,
         value_name = "NAME,NAME,...",

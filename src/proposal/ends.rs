@@ -112,9 +112,7 @@ impl Ends {
             length,
         })
     }
-}
 
-impl Ends {
     /// Keys of the lines with these names, without those that are left out.
     pub fn keys(&self, input: &ProposalInput, path: &Path, unit: LengthUnit) -> TreeKeys {
         TreeKeys {

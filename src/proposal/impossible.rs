@@ -15,8 +15,9 @@ const GOOD: f64 = 0.25;
 const OF_QUALITY: f64 = 0.3;
 /// Points of an element of usual degree along each direction.
 const NODES: usize = 5;
-/// Most ends that are named in a refusal, and of which it says how many can stay: with more that takes minutes.
+/// Most ends that are named in a refusal.
 const NAMED: usize = 6;
+/// With more ends a refusal does not search for those to leave out: that would take minutes.
 const SEARCHED: usize = 12;
 
 /// Ends of a tree that are left out.

@@ -114,7 +114,7 @@ pub struct ProposalInput {
     pub names: Vec<String>,
     /// Names of the ends of a tree whose lines are left out.
     pub leave_out: Vec<String>,
-    /// Names of the ends of a tree that are no openings, but the ends of sacs.
+    /// Names of the ends of a tree that lie within a sac and are no openings.
     pub closed: Vec<String>,
     /// Radius (m) of the thinnest vessel of a tree that counts, if there is a limit.
     pub least_radius: Option<f64>,

@@ -476,7 +476,8 @@ fn text(
     let (rings, grading) = figures.rings(5, 3.0);
     let _ = write!(
         text,
-        "inlet = {} # rename the openings here and in the tables below\noutlets = [{in_file}]\n{left_out}{closed}core = 4 # cells along a side of the square in the \
+        "inlet = {} # rename the openings here and in the tables below\noutlets = [{in_file}]\n{left_out}{closed}\
+         core = 4 # cells along a side of the square in the \
          middle of a cross-section\nradial = {rings} # rings of cells around it: the one at the wall is a quarter of the Stokes layer \
          thick\nwall_grading = {grading:?}\n{CELL_LENGTH}",
         quoted[0]

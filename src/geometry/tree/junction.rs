@@ -463,9 +463,9 @@ fn apex(
         // From the shared branch out of the lumen.
         let leaves = |i: usize| surface.between(&at(u(i)), &at(u(i + 1)));
         let ahead = || {
-            let mean = past_tangent(p, s) + past_tangent(q, t) + flow;
-            let hit = surface.ray(&at(0.0), &mean.normalize())?;
-            let x = at(0.0) + mean.normalize() * hit.distance;
+            let mean = (past_tangent(p, s) + past_tangent(q, t) + flow).normalize();
+            let hit = surface.ray(&at(0.0), &mean)?;
+            let x = at(0.0) + mean * hit.distance;
             (hit.distance < REACH * r).then_some((hit, x))
         };
         let met = (0..STEPS).find_map(leaves).or_else(ahead);
