@@ -52,7 +52,7 @@ def read_vtp(path):
 class Lumen:
     """f below 0 inside; a segment of each line is found through cells of space."""
 
-    def __init__(self, lines):
+    def __init__(self, lines, sacs=()):
         self.widest = max(r for line in lines for _, r in line)
         self.cell = 2.0 * self.widest
         self.near = collections.defaultdict(set)
@@ -65,6 +65,8 @@ class Lumen:
             mine = max(number - 1, 0)
             others = (p for i, line in enumerate(lines) if i != mine for p in (line[0], line[-1]))
             if number > 0 and any(math.dist(p[0], end[0]) < 0.5 * end[1] for p in others):
+                continue
+            if any(math.dist(end[0], sac) < 0.5 * end[1] for sac in sacs):
                 continue
             length = math.dist(end[0], inner[0])
             self.ends.append((end[0], [(a - b) / length for a, b in zip(end[0], inner[0])], end[1]))
@@ -233,11 +235,13 @@ def main():
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("--spacing", type=float, default=0.25, help="of the lattice, in the smallest radius [0.25]")
     parser.add_argument("--closed", action="store_true", help="close the surface at its ends")
+    parser.add_argument("--sac", action="append", default=[], metavar="X,Y,Z",
+                        help="the line that ends there ends in a sac, which is round and no opening")
     parser.add_argument("--solids", help="close it, and write solids of these names: the wall, the beginning, each end")
     given = parser.parse_args()
     lines = read_swc(given.lines) if given.lines.suffix == ".swc" else read_vtp(given.lines)
     smallest = min(r for line in lines for _, r in line)
-    lumen = Lumen(lines)
+    lumen = Lumen(lines, [tuple(map(float, sac.split(","))) for sac in given.sac])
     places, triangles = net(lumen, given.spacing * smallest)
     fans = caps(places, triangles) if given.closed or given.solids else []
     if given.solids:

@@ -5,9 +5,10 @@ use super::lumen::{Mistake, TRIANGLES, times};
 use super::{LengthUnit, TreeKeys, TreeLine};
 use crate::Vec3;
 use crate::files::{Fault, fault};
-use crate::polydata::{OpenEdge, PolyData, Surface, SurfaceSearch};
+use crate::polydata::{OpenEdge, PolyData, RayHit, Surface, SurfaceSearch};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
+use std::path::Path;
 
 /// Most points and triangles of a surface.
 pub(super) const MOST_TRIANGLES: usize = 400_000;
@@ -24,6 +25,12 @@ const CAP: f64 = 2.5;
 const CLOSING: f64 = 0.7;
 /// It is open there if its edge encloses this area, in squared radii.
 const OPEN: f64 = 0.5;
+/// Half a sphere has less than this share of its radius so far before its tip, in radii.
+const ROUND: f64 = 0.8;
+const BEFORE_TIP: f64 = 0.3;
+/// A sac has a neck that is narrower than this share of its radius, within so many radii of its end.
+const NECK: f64 = 0.87;
+const NECK_WITHIN: f64 = 8.0;
 /// A hole has at least this area, in squared radii.
 const CRACK: f64 = 1e-3;
 /// Distances of a surface from its line, in radii, that are taken for the same unit.
@@ -89,7 +96,7 @@ impl TreeKeys {
             return Ok(false);
         };
         let named = |fault: Fault| (KEY, format!("{}: {fault}", path.display()));
-        let Some(unit) = self.lumen_unit.or(self.unit) else {
+        let Some(unit) = self.unit_of_lumen() else {
             return Err((KEY, "expected its unit of length next to it: tree.lumen_unit = \"mm\", \"m\", \"cm\" or \"um\"".into()));
         };
         if !self.lumen_triangles.is_empty() {
@@ -98,14 +105,7 @@ impl TreeKeys {
                 "the case has tree.lumen_triangles as well: leave out one of the two".into(),
             ));
         }
-        let data = PolyData::read(path).map_err(|e| named(Fault::whole(e)))?;
-        let surface = Surface::new(&data, unit.metres()).map_err(named)?;
-        let count = surface.triangles();
-        if count > MOST_TRIANGLES {
-            return Err(named(fault!(
-                "{count} triangles are more than {MOST_TRIANGLES}: simplify it (in MeshLab \"Quadric Edge Collapse Decimation\")"
-            )));
-        }
+        let surface = read_surface(path, unit).map_err(named)?;
         let lines: Vec<Vec<LinePlace>> = self.line.iter().flatten().map(places).collect();
         let names = self.names();
         let surface = fitted(surface, &lines, &names, &self.closed, unit).map_err(named)?;
@@ -119,6 +119,27 @@ impl TreeKeys {
         Ok(true)
     }
 
+    fn unit_of_lumen(&self) -> Option<LengthUnit> {
+        self.lumen_unit.or(self.unit)
+    }
+
+    /// Which of the lines end within a sac: beyond a neck, where the file's surface is closed and round. None if that
+    /// cannot be read.
+    pub fn sacs(&self) -> Vec<usize> {
+        let surface = (self.lumen.as_ref().zip(self.unit_of_lumen()))
+            .and_then(|(path, unit)| read_surface(path, unit).ok());
+        let Some(search) = surface.map(SurfaceSearch::new) else {
+            return Vec::new();
+        };
+        let edges = search.surface().open_edges();
+        let lines = self.line.iter().flatten().map(places).enumerate();
+        let sacs = lines.filter(|(_, line)| {
+            let mouth = Mouth::last(line);
+            mouth.is_behind_a_neck(line) && !mouth.is_open(&edges) && mouth.is_round(&search)
+        });
+        sacs.map(|(number, _)| number).collect()
+    }
+
     /// The surface of the lumen, if there is one.
     ///
     /// # Errors
@@ -130,6 +151,18 @@ impl TreeKeys {
         let points = self.lumen_points.iter().map(|x| Vec3::from(*x));
         Surface::of_points(points.collect(), self.lumen_triangles.clone()).map(Some)
     }
+}
+
+fn read_surface(path: &Path, unit: LengthUnit) -> Result<Surface, Fault> {
+    let data = PolyData::read(path).map_err(Fault::whole)?;
+    let surface = Surface::new(&data, unit.metres())?;
+    let count = surface.triangles();
+    if count > MOST_TRIANGLES {
+        return Err(fault!(
+            "{count} triangles are more than {MOST_TRIANGLES}: simplify it (in MeshLab \"Quadric Edge Collapse Decimation\")"
+        ));
+    }
+    Ok(surface)
 }
 
 /// The part of a surface around the lines, open at their ends but for those that are `closed`.
@@ -201,14 +234,50 @@ impl Mouth {
         }
     }
 
+    /// Whether the surface is open here.
+    fn is_open(&self, edges: &[OpenEdge]) -> bool {
+        edges.iter().any(|edge| {
+            (edge.centre - self.x).norm() < OVERLAP * self.radius
+                && edge.area > OPEN * self.radius.powi(2)
+        })
+    }
+
+    /// Where the line passes the surface, or would if it went on.
+    fn met(&self, search: &SurfaceSearch) -> Option<(RayHit, Vec3)> {
+        let beyond = self.x + self.outward * (OVERLAP * self.radius);
+        let way: Vec<&Vec3> = self.way.iter().chain([&beyond]).collect();
+        way.windows(2)
+            .find_map(|pair| search.between(pair[0], pair[1]))
+    }
+
+    /// Whether the lumen grows narrow towards what closes it, as half a sphere does and the end of a tube does not.
+    fn is_round(&self, search: &SurfaceSearch) -> bool {
+        let Some((_, x)) = self.met(search) else {
+            return false;
+        };
+        let before = LinePlace {
+            x: x - self.outward * (BEFORE_TIP * self.radius),
+            along: self.outward,
+            radius: self.radius,
+            s: 0.0,
+        };
+        let mut around = around(search, &before, 1.0);
+        around.sort_by(f64::total_cmp);
+        around.len() >= RAYS - MISSING && around[around.len() / 2] < ROUND * self.radius
+    }
+
+    /// Whether the lumen is narrower on the way here, along its line.
+    fn is_behind_a_neck(&self, line: &[LinePlace]) -> bool {
+        let length = line[line.len() - 1].s;
+        let near = line.iter();
+        let near = near.filter(|place| length - place.s < NECK_WITHIN * self.radius);
+        near.map(|place| place.radius).fold(self.radius, f64::min) < NECK * self.radius
+    }
+
     /// The triangles that close the surface here, if it is not open: that which the line passes, or would if it went
     /// on, and those next to it that lie across the line as well. (The wall of another branch may lie across it too.)
     fn cap(&self, search: &SurfaceSearch, edges: &[OpenEdge]) -> HashSet<usize> {
-        let is_open = |edge: &OpenEdge| {
-            (edge.centre - self.x).norm() < OVERLAP * self.radius
-                && edge.area > OPEN * self.radius.powi(2)
-        };
-        if edges.iter().any(is_open) {
+        if self.is_open(edges) {
             return HashSet::new();
         }
         let lies_across = |[a, b, c]: [Vec3; 3]| {
@@ -218,12 +287,7 @@ impl Mouth {
                 && arm.dot(&self.outward).abs() < OVERLAP * self.radius
                 && across.dot(&self.outward).abs() > CLOSING
         };
-        let beyond = self.x + self.outward * (OVERLAP * self.radius);
-        let way: Vec<&Vec3> = self.way.iter().chain([&beyond]).collect();
-        let met = way
-            .windows(2)
-            .find_map(|pair| search.between(pair[0], pair[1]));
-        let Some((met, _)) = met else {
+        let Some((met, _)) = self.met(search) else {
             return HashSet::new();
         };
         let surface = search.surface();

@@ -3,12 +3,15 @@
 use super::Surface;
 use crate::Vec3;
 use rstar::{AABB, PointDistance, RTree, RTreeObject, SelectionFunction};
+use std::collections::HashSet;
 
 /// Share of the way from a triangle to the planes through its corners, by the weights of these (Boubekeur and Alexa
 /// 2008, "Phong tessellation"): with 1/2 a sphere is round but for the fourth power of a triangle's angle.
 const CURVED: f64 = 0.5;
 /// A ray passes the edge between two triangles on one of them at least.
 const EDGE: f64 = 1e-9;
+/// Triangles of a smaller area, relative to the square of their longest edge, are lines: nothing is nearest to them.
+const FLAT: f64 = 1e-12;
 
 /// Triangles in an R*-tree, curved by the normals at their corners.
 #[derive(Debug, Clone)]
@@ -16,6 +19,8 @@ pub struct SurfaceSearch {
     surface: Surface,
     normals: Vec<Vec3>,
     tree: RTree<Facet>,
+    /// Edges, the lower number first, that only one triangle has.
+    open: HashSet<[usize; 2]>,
 }
 
 /// Where a ray meets a surface first.
@@ -70,6 +75,14 @@ impl Facet {
         }
         let whole = va + vb + vc;
         [va / whole, vb / whole, vc / whole]
+    }
+
+    /// Whether it is more than a line.
+    fn has_area(&self) -> bool {
+        let [a, b, c] = self.corners;
+        let longest = [b - a, c - b, a - c].map(|edge| edge.norm_squared());
+        let longest = longest.into_iter().fold(0.0, f64::max);
+        (b - a).cross(&(c - a)).norm() > FLAT * longest
     }
 
     fn at(&self, [a, b, c]: [f64; 3]) -> Vec3 {
@@ -142,10 +155,18 @@ impl SurfaceSearch {
     pub fn new(surface: Surface) -> Self {
         let facets = surface.corners().enumerate();
         let facets = facets.map(|(number, corners)| Facet { number, corners });
+        let mut open = HashSet::new();
+        for edge in (0..surface.triangles()).flat_map(|number| edges(surface.triangle(number))) {
+            // Whoever has it second closes it.
+            if !open.remove(&edge) {
+                open.insert(edge);
+            }
+        }
         Self {
-            tree: RTree::bulk_load(facets.collect()),
+            tree: RTree::bulk_load(facets.filter(Facet::has_area).collect()),
             normals: surface.normals(),
             surface,
+            open,
         }
     }
 
@@ -213,11 +234,29 @@ impl SurfaceSearch {
 
     /// The nearest place (m) of the curved surface.
     pub fn nearest(&self, x: &Vec3) -> Vec3 {
-        let facet = self.tree.nearest_neighbor((*x).into());
-        let facet = facet.expect("a surface has a triangle");
-        let weights = facet.nearest(x);
+        let (facet, weights) = self.nearest_facet(x);
         facet.at(weights) + self.bulge(facet, weights)
     }
+
+    /// As [`SurfaceSearch::nearest`]; none where that is an edge at which the surface ends, so that the place may lie
+    /// beyond it.
+    pub fn nearest_within(&self, x: &Vec3) -> Option<Vec3> {
+        let (facet, weights) = self.nearest_facet(x);
+        let edges = edges(self.surface.triangle(facet.number));
+        let at_end = (0..3).any(|i| weights[(i + 2) % 3] == 0.0 && self.open.contains(&edges[i]));
+        (!at_end).then(|| facet.at(weights) + self.bulge(facet, weights))
+    }
+
+    fn nearest_facet(&self, x: &Vec3) -> (&Facet, [f64; 3]) {
+        let facet = self.tree.nearest_neighbor((*x).into());
+        let facet = facet.expect("a surface has a triangle");
+        (facet, facet.nearest(x))
+    }
+}
+
+/// The edges of a triangle, edge i from corner i to the next one, the lower number first.
+fn edges([a, b, c]: [usize; 3]) -> [[usize; 2]; 3] {
+    [[a, b], [b, c], [c, a]].map(|[a, b]| [a.min(b), a.max(b)])
 }
 
 #[cfg(test)]
@@ -278,5 +317,21 @@ mod tests {
         }
         assert!(sphere.ray(&Vec3::new(2.0, 0.0, 0.0), &Vec3::x()).is_none());
         assert!(sphere.ray(&Vec3::new(2.0, 0.0, 0.0), &-Vec3::x()).is_some());
+    }
+
+    /// Two triangles side by side, and a third one that is a line between them.
+    #[test]
+    fn nearest_places_where_a_surface_ends_and_on_triangles_without_area() {
+        let points = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        let points = points.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
+        let triangles = vec![[0, 1, 2], [0, 2, 3], [0, 2, 0]];
+        let surface = Surface::of_points(points, triangles).unwrap();
+        let search = SurfaceSearch::new(surface);
+        let above = Vec3::new(1.0, 1.0, 0.5);
+        assert_eq!(search.nearest(&above), Vec3::new(1.0, 1.0, 0.0));
+        assert!(search.nearest_within(&above).is_some());
+        let beyond = Vec3::new(1.0, -0.5, 0.5);
+        assert_eq!(search.nearest(&beyond), Vec3::new(1.0, 0.0, 0.0));
+        assert_eq!(search.nearest_within(&beyond), None);
     }
 }

@@ -127,7 +127,7 @@ impl Ends {
 
 impl ProposalInput {
     /// Keys of all lines that are thick enough.
-    fn tree_keys(&self, path: &Path, unit: LengthUnit) -> TreeKeys {
+    pub(super) fn tree_keys(&self, path: &Path, unit: LengthUnit) -> TreeKeys {
         TreeKeys {
             least_radius: self.least_radius,
             ..TreeKeys::of_file(path.to_path_buf(), unit)
@@ -136,7 +136,7 @@ impl ProposalInput {
 }
 
 /// Names of the openings, the inlet first.
-fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, ProposalError> {
+pub(super) fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, ProposalError> {
     if input.names.is_empty() {
         let outlets = (1..=ends).map(|i| format!("outlet{i}"));
         return Ok(["inlet".into()].into_iter().chain(outlets).collect());

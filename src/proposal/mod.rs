@@ -6,6 +6,7 @@ mod changes;
 mod ends;
 mod files;
 mod impossible;
+mod sac;
 mod smoothing;
 mod text;
 mod told;

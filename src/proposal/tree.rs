@@ -5,7 +5,7 @@ use super::ends::{Ends, MURRAY};
 use super::files::rounded;
 use super::smoothing::Smoothing;
 use super::text::{FLOW, flow_file, name};
-use super::{Figures, Like, Proposal, ProposalError, ProposalInput, impossible, told};
+use super::{Figures, Like, Proposal, ProposalError, ProposalInput, impossible, sac, told};
 use crate::case::{
     Case, FlowCurve, Inflow, LengthUnit, LineReading, MAX_ENDS, Preset, ResolvedCase, lines_of_tree,
 };
@@ -77,7 +77,27 @@ fn has_several_lines(path: &Path) -> bool {
 pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError> {
     let path = input.line.clone().unwrap_or_default();
     let unit = only_trees(input, &path)?;
-    let (input, ends, tried, left_out) = with_possible_ends(input, &path, unit)?;
+    let (input, remarks) = sac::closed(input, &path, unit)?;
+    let found = of_ends(&input, &path, unit, remarks.clone());
+    let Some(bulges) = sac::as_bulges(&input).filter(|_| found.is_err()) else {
+        return found;
+    };
+    let remark = format!(
+        "sac       {}: as a branch it has no mesh, so it is a bulge of the wall that it lies at (tree.leave_out)",
+        input.closed.join(", ")
+    );
+    let remarks = remarks.into_iter().chain([remark]).collect();
+    of_ends(&bulges, &path, unit, remarks).or(found)
+}
+
+/// Makes the case with these openings and sacs.
+fn of_ends(
+    input: &ProposalInput,
+    path: &Path,
+    unit: LengthUnit,
+    of_sacs: Vec<String>,
+) -> Result<Proposal, ProposalError> {
+    let (input, ends, tried, left_out) = with_possible_ends(input, path, unit)?;
     let input = &input;
     let beat = Beat::of(input)?;
     let mut remarks = vec![format!(
@@ -93,6 +113,7 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
             twelve_digits(1e3 * least)
         ))
     )];
+    remarks.extend(of_sacs);
     remarks.extend(left_out);
     remarks.extend(beat.remarks);
     let pulse = FLOW
@@ -116,18 +137,18 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
         let name = path.file_name().unwrap_or_default();
         files.push((name.to_string_lossy().into_owned(), path.clone()));
     }
-    let text = |smoothing| text(input, &path, unit, &ends, (pulse, smoothing), &figures);
+    let text = |smoothing| text(input, path, unit, &ends, (pulse, smoothing), &figures);
     let refused = |mistake: TreeMistake| {
         let smoother = match tried.len() {
             1 => "",
             _ => "; smoother lines have no mesh either",
         };
-        let advice = impossible::advice(input, &path, unit, &ends);
+        let advice = impossible::advice(input, path, unit, &ends);
         let reason = format!("--from {}: {mistake}{smoother}{advice}", path.display());
         ProposalError::Input(reason)
     };
     let found = with_mesh(input, &files, &tried, text, refused)?;
-    remarks.extend(found.smoothing.remark(input, &path, unit, &ends));
+    remarks.extend(found.smoothing.remark(input, path, unit, &ends));
     remarks.extend(found.remarks);
     Ok(Proposal {
         text: found.text,

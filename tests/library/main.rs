@@ -26,6 +26,7 @@ mod native_tube;
 mod near_buckling;
 mod new_beat;
 mod new_case;
+mod new_sac;
 mod new_shape;
 mod new_tree;
 mod odd_trees;

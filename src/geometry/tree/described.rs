@@ -198,6 +198,9 @@ fn shared((x, daughters): &(Vec3, Vec<usize>), names: &[String]) -> String {
     )
 }
 
+/// In the dome of a sac the surface comes nearer by more than this share of the way along the line.
+const NEARER: f64 = 0.5;
+
 fn lines(keys: &TreeKeys) -> Vec<CentreLine> {
     let names = keys.names();
     let lines = keys.line.iter().flatten().zip(&names[1..]);
@@ -212,10 +215,34 @@ fn lines(keys: &TreeKeys) -> Vec<CentreLine> {
 
 fn lumen(keys: &TreeKeys) -> Result<Lumen, TreeError> {
     let surface = keys.lumen_surface().map_err(TreeError::Surface)?;
-    Ok(Lumen::new(
-        lines(keys),
-        surface.map(|surface| Arc::new(SurfaceSearch::new(surface))),
-    ))
+    let surface = surface.map(|surface| Arc::new(SurfaceSearch::new(surface)));
+    let mut lines = lines(keys);
+    if let Some(surface) = &surface {
+        let closed = lines.iter_mut().filter(|line| line.is_closed);
+        closed.for_each(|line| *line = within_dome(line, surface));
+    }
+    Ok(Lumen::new(lines, surface))
+}
+
+/// A closed line as far as the middle of the dome at its end: beyond that the surface comes nearer along it.
+fn within_dome(line: &CentreLine, surface: &SurfaceSearch) -> CentreLine {
+    let places: Vec<f64> = line.places().collect();
+    let room = |s: f64| {
+        let x = line.at(s);
+        (surface.nearest(&x) - x).norm()
+    };
+    let mut end = places.len() - 1;
+    let mut ahead = room(places[end]);
+    while end > 1 {
+        let before = room(places[end - 1]);
+        if before - ahead < NEARER * (places[end] - places[end - 1]) {
+            break;
+        }
+        (end, ahead) = (end - 1, before);
+    }
+    let mut dome = line.part(0.0, places[end]);
+    dome.is_closed = true;
+    dome
 }
 
 /// Usual or given cells, and their length in radii.

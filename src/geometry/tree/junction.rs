@@ -16,10 +16,14 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Distances of a junction's centre upstream of its apices that are tried, in radii of the parent.
 const BACK: [f64; 9] = [0.3, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2, 1.35, 1.5];
+/// ... and those that are tried too where one of the branches is a sac, whose neck may be wide.
+const BACK_OF_SAC: [f64; 4] = [1.7, 1.9, 2.2, 2.5];
 /// Plane cross-sections end so far upstream of the centre, in radii of the parent ...
 const PARENT_CUT: f64 = 1.5;
 /// ... and begin so far downstream of the apices, in radii of the daughter.
 const DAUGHTER_CUT: f64 = 1.0;
+/// The plane cross-sections of a branch take at least this many radii.
+pub(super) const LEAST_LENGTH: f64 = 0.3;
 /// The smallest angle between two half-discs, rad.
 const LEAST_ANGLE: f64 = 0.35;
 
@@ -87,7 +91,10 @@ impl Junction {
             Self::at(slicer, trunk, &order, &spread, &apices, *back)
                 .and_then(|junction| Ok((junction.quality(slicer, trunk)?, junction)))
         };
-        let all: Vec<Result<(f64, Self), TreeError>> = BACK.par_iter().map(tried).collect();
+        let is_sac = parting.iter().any(|(line, _)| lumen.lines[*line].is_closed);
+        let further = if is_sac { &BACK_OF_SAC[..] } else { &[] };
+        let all = BACK.par_iter().chain(further).map(tried);
+        let all: Vec<Result<(f64, Self), TreeError>> = all.collect();
         let best = all.into_iter().reduce(|best, tried| match (best, tried) {
             (Ok(best), Ok(tried)) if best.0 >= tried.0 => Ok(best),
             (Ok(best), Err(_)) => Ok(best),
@@ -127,13 +134,22 @@ impl Junction {
             let (up, down) = up.zip(down).ok_or(TreeError::Open(centre))?;
             centre += axis * (0.5 * (up - down));
         }
-        let daughters: Vec<BranchEnd> = (order.iter())
-            .map(|&(line, s)| {
+        let daughters: Vec<BranchEnd> = (order.iter().enumerate())
+            .map(|(i, &(line, s))| {
                 let path = &lumen.lines[line];
-                let beyond = path.foot(&crotch).s.max(s);
+                // Those on its two sides.
+                let own = &apices[i.saturating_sub(1)..(i + 1).min(apices.len())];
+                let feet = own.iter().map(|apex| path.foot(apex).s);
+                let beyond = feet.fold(s, f64::max);
+                let cut = beyond + DAUGHTER_CUT * path.radius(s);
+                let is_short = path.length() - cut < LEAST_LENGTH * path.radius(cut);
+                let cut = match path.is_closed && is_short {
+                    true => path.length(),
+                    false => cut,
+                };
                 BranchEnd {
                     line,
-                    cut: path.at(beyond + DAUGHTER_CUT * path.radius(s)),
+                    cut: path.at(cut),
                 }
             })
             .collect();
@@ -187,6 +203,17 @@ impl Junction {
         CrossSection::new(self.centre, rim)
     }
 
+    /// Across the plane cross-section where the parent (`None`) or a daughter begins, at the arc length `s` (m): along
+    /// its line, but from the neck of a sac that ends there.
+    pub fn tangent(&self, daughter: Option<usize>, line: &CentreLine, s: f64) -> Vec3 {
+        if !line.is_closed || s < line.length() {
+            return line.tangent(s);
+        }
+        let neck = self.section(daughter).rim;
+        let middle = neck.iter().sum::<Vec3>() / neck.len() as f64;
+        (line.at(s) - middle).normalize()
+    }
+
     /// The smallest scaled Jacobian of the hexahedra around it.
     pub fn quality(&self, slicer: &Slicer, trunk: &CentreLine) -> Result<f64, TreeError> {
         let daughters = self.daughters.iter().enumerate();
@@ -198,10 +225,10 @@ impl Junction {
                 Some(_) => &slicer.lumen.lines[end.line],
             };
             let foot = line.foot(&end.cut);
-            let tangent = line.tangent(foot.s);
+            let tangent = self.tangent(daughter, line, foot.s);
             let (upstream, radius) = (daughter.is_none(), foot.radius);
             let first = across(&self.axis, &tangent);
-            let plane = slicer.plane_near(line, foot.s, &first, 0.0, upstream)?;
+            let plane = slicer.plane_near(line, foot.s, [&tangent, &first], 0.0, upstream)?;
             let folded = self.section(daughter);
             let (mut all, _) = slicer.unfolding(folded, &plane, &tangent, radius, upstream)?;
             all.push(plane);
@@ -283,21 +310,21 @@ impl Slicer {
         self.cut(centre, directions)
     }
 
-    /// The plane cross-section at the arc length `s` (m) of a line, its rim from the direction `first` across the line
+    /// The plane cross-section at the arc length `s` (m) of a line, across `tangent`, its rim from the direction `first`
     /// on, turned by an angle (rad). Where the surface ends before, it is that of a place up to 1.5 radii closer to the
     /// junction, which lies downstream of an inlet and upstream of an outlet, moved there.
     pub fn plane_near(
         &self,
         line: &CentreLine,
         s: f64,
-        first: &Vec3,
+        [tangent, first]: [&Vec3; 2],
         turned: f64,
         downstream: bool,
     ) -> Result<CrossSection, TreeError> {
         const STEPS: usize = 15;
-        let (centre, tangent) = (line.at(s), line.tangent(s));
-        if self.lumen.surface.is_none() || self.is_whole(centre, &tangent, first) {
-            return self.plane(centre, &tangent, first, turned);
+        let centre = line.at(s);
+        if self.lumen.surface.is_none() || self.is_whole(centre, tangent, first) {
+            return self.plane(centre, tangent, first, turned);
         }
         let sense = if downstream { 1.0 } else { -1.0 };
         let step = sense * OVERLAP / STEPS as f64 * line.radius(s);
@@ -309,7 +336,7 @@ impl Slicer {
         let whole = places.find(|(x, tangent, first)| self.is_whole(*x, tangent, first));
         let (x, along, first) = whole.ok_or(TreeError::Open(centre))?;
         let plane = self.plane(x, &along, &first, turned)?;
-        Ok(plane.moved(centre, [&along, &tangent]))
+        Ok(plane.moved(centre, [&along, tangent]))
     }
 
     /// Where a branch ends as half a sphere: cross-sections beyond the plane one at the end of its line, whose rims are
@@ -425,6 +452,9 @@ impl Slicer {
     /// Places of a line from `begin` to `end` (m), those of the points of cells or elements.
     pub fn stations(&self, line: &CentreLine, begin: f64, end: f64) -> Vec<f64> {
         const SAMPLES: usize = 400;
+        if end <= begin {
+            return vec![end];
+        }
         let h = (end - begin) / SAMPLES as f64;
         let mut sum = vec![0.0];
         for i in 0..SAMPLES {
@@ -451,6 +481,7 @@ fn apex(
     (b, t): (usize, f64),
 ) -> Result<Vec3, TreeError> {
     const STEPS: usize = 200;
+    const TOUCHING: usize = 20;
     let (p, q) = (&lumen.lines[a], &lumen.lines[b]);
     let r = p.radius(s).max(q.radius(t));
     let at = |u: f64| {
@@ -460,16 +491,30 @@ fn apex(
     let is_inside = |u: f64| lumen.near(&p.at(s + u)).value(&at(u)) < 0.0;
     let u = |i: usize| r * (-2.0 + 10.0 * i as f64 / STEPS as f64);
     if let Some(surface) = &lumen.surface {
-        // From the shared branch out of the lumen.
-        let leaves = |i: usize| surface.between(&at(u(i)), &at(u(i + 1)));
+        // The chord between places of the two lines, further and further downstream, touches it there.
+        let on = |line: &CentreLine, s: f64| line.at(s.min(line.length()));
+        let crossed = |u: f64| surface.between(&on(p, s + u), &on(q, t + u));
+        let touched = || {
+            let i = (1..=STEPS).find(|i| crossed(u(*i)).is_some())?;
+            let (mut low, mut high) = (u(i - 1), u(i));
+            for _ in 0..TOUCHING {
+                let middle = 0.5 * (low + high);
+                match crossed(middle) {
+                    Some(_) => high = middle,
+                    None => low = middle,
+                }
+            }
+            let (_, from) = crossed(high)?;
+            let (_, to) = surface.between(&on(q, t + high), &on(p, s + high))?;
+            Some(surface.nearest(&(0.5 * (from + to))))
+        };
         let ahead = || {
             let mean = (past_tangent(p, s) + past_tangent(q, t) + flow).normalize();
             let hit = surface.ray(&at(0.0), &mean)?;
             let x = at(0.0) + mean * hit.distance;
-            (hit.distance < REACH * r).then_some((hit, x))
+            (hit.distance < REACH * r).then_some(x)
         };
-        let met = (0..STEPS).find_map(leaves).or_else(ahead);
-        return met.map(|(_, x)| x).ok_or(TreeError::Apex(p.at(s)));
+        return touched().or_else(ahead).ok_or(TreeError::Apex(p.at(s)));
     }
     let place = (0..STEPS).find(|i| is_inside(u(*i)) && !is_inside(u(i + 1)));
     let i = place.ok_or(TreeError::Apex(p.at(s)))?;

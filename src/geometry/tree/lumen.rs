@@ -158,10 +158,10 @@ impl Near<'_> {
     }
 
     /// The place of the wall next to one (m), along a unit vector across it or, on a surface from a file, the nearest
-    /// one; none within the distance `farthest` (m).
+    /// one; none within the distance `farthest` (m), or beyond the end of the surface.
     pub fn along(&self, x: &Vec3, across: &Vec3, farthest: f64) -> Option<Vec3> {
         if let Some(surface) = &self.lumen.surface {
-            let nearest = surface.nearest(x);
+            let nearest = surface.nearest_within(x)?;
             return ((nearest - x).norm() <= farthest).then_some(nearest);
         }
         let at = |t: f64| self.value(&(x + across * t));

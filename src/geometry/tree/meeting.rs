@@ -87,7 +87,7 @@ impl Meeting {
             }
         };
         let meeting = match of_fan {
-            None => side(),
+            None => side().or_else(|error| fan().map_err(|_| error)),
             Some(of_fan) if is_thin || found > of_fan => match found > of_fan {
                 true => side().or_else(|error| fan().map_err(|_| error)),
                 false => fan().or_else(|_| side()),

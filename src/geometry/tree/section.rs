@@ -7,7 +7,7 @@
 use crate::Vec3;
 use crate::geometry::o_grid::{BULGE, CORNER, growth_of_polygon, ring_point, rings};
 use fsi_numerics::{lagrange, subdivided};
-use nalgebra::Rotation3;
+use nalgebra::UnitQuaternion;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 /// A cross-section: its centre and points of the wall around it (m), from the middle of one side of the core on.
@@ -37,7 +37,8 @@ impl CrossSection {
 
     /// The same one at another centre, turned from the first direction (a unit vector across it) to the second.
     pub fn moved(&self, centre: Vec3, [from, to]: [&Vec3; 2]) -> Self {
-        let turn = Rotation3::rotation_between(from, to).unwrap_or_default();
+        // Rotation3 would be no number where rounding makes the cosine of equal directions more than 1.
+        let turn = UnitQuaternion::rotation_between(from, to).unwrap_or_default();
         let rim = self.rim.iter();
         Self::new(
             centre,
@@ -223,7 +224,9 @@ impl SectionGrid {
                     .sum();
                 sum.normalize()
             });
-            (a.cross(&b).dot(&c), x[k])
+            let volume = a.cross(&b).dot(&c);
+            // Nodes that coincide have no directions.
+            (if volume.is_nan() { -1.0 } else { volume }, x[k])
         };
         let all = (0..x.len()).map(at);
         let worst = all.min_by(|a, b| a.0.total_cmp(&b.0));

@@ -4,7 +4,7 @@
 use super::Tree;
 use super::branch::{Branch, Middle, Stack};
 use super::error::TreeError;
-use super::junction::{OVERLAP, across};
+use super::junction::{LEAST_LENGTH, OVERLAP, across};
 use super::meeting::Meeting;
 use super::section::CrossSection;
 use super::side::{Hole, plug};
@@ -13,9 +13,7 @@ use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 use std::ops::Range;
 
-/// The plane cross-sections of a branch take at least this many radii ...
-const LEAST_LENGTH: f64 = 0.3;
-/// ... and what leads to them from junctions at least this share of what it has where there is room.
+/// What leads from junctions to plane cross-sections takes at least this share of what it has where there is room.
 const TIGHTEST: f64 = 0.45;
 
 /// Goes with the whole of its rim.
@@ -95,6 +93,10 @@ impl Tree {
         if end - begin >= least {
             return Ok([begin, end]);
         }
+        // A sac may be so short that the one where its dome begins is all there is.
+        if branch.to.is_none() && line.is_closed && end - from >= LEAST_LENGTH * line.radius(end) {
+            return Ok([end, end]);
+        }
         let room = (to - from) - least;
         let needed = (begin - from) + (to - end);
         let share = room / needed;
@@ -152,7 +154,13 @@ impl Tree {
     ) -> Result<(Vec<CrossSection>, Vec<Vec3>, Frames), TreeError> {
         let line = &branch.axis;
         let stations = self.slicer.stations(line, begin, end);
-        let tangents: Vec<Vec3> = stations.iter().map(|s| line.tangent(*s)).collect();
+        let from = branch.from.map(|(at, end)| (&self.junctions[at], end));
+        let tangents: Vec<Vec3> = match (&stations[..], from) {
+            ([only], Some((Meeting::Fan(fan), daughter))) => {
+                vec![fan.tangent(Some(daughter), line, *only)]
+            }
+            _ => stations.iter().map(|s| line.tangent(*s)).collect(),
+        };
         let axis = |junction: usize, end| self.junctions[junction].axis(end);
         let frames = Frames::new(
             &tangents,
@@ -162,12 +170,17 @@ impl Tree {
         let whole = self.whole(branch, &stations, &tangents, &frames.first);
         let section = |i: usize| {
             let nearest = i.clamp(whole.start, whole.end - 1);
-            let share = (stations[i] - begin) / (end - begin);
+            let share = (stations[i] - begin) / (end - begin).max(f64::MIN_POSITIVE);
             let (tangent, first) = (&tangents[nearest], &frames.first[nearest]);
             let turned = frames.turn * share * share * (3.0 - 2.0 * share);
             let is_inlet = branch.from.is_none();
-            let section =
-                (self.slicer).plane_near(line, stations[nearest], first, turned, is_inlet)?;
+            let section = (self.slicer).plane_near(
+                line,
+                stations[nearest],
+                [tangent, first],
+                turned,
+                is_inlet,
+            )?;
             Ok(match nearest == i {
                 true => section,
                 false => section.moved(line.at(stations[i]), [tangent, &tangents[i]]),

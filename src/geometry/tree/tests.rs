@@ -316,3 +316,19 @@ fn a_neck_that_widens_at_once_is_refused() {
         found.err()
     );
 }
+
+/// Directions that are equal but for rounding, whose cosine may come out above 1.
+#[test]
+fn a_cross_section_is_moved_without_turning() {
+    let rim = vec![Vec3::x(), Vec3::y()];
+    let section = CrossSection::new(Vec3::zeros(), rim.clone());
+    for i in 0..2000 {
+        let angle = f64::from(i);
+        let from = Vec3::new(angle.cos(), angle.sin(), 0.3 * angle.sin()).normalize();
+        let to = (from + Vec3::new(1e-8, -2e-8, 1e-8)).normalize();
+        let moved = section.moved(Vec3::z(), [&from, &to]);
+        for (x, before) in moved.rim.iter().zip(&rim) {
+            assert!((x - before - Vec3::z()).norm() < 1e-7, "{x:?}");
+        }
+    }
+}
