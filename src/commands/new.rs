@@ -44,7 +44,8 @@ pub struct Arguments {
         value_delimiter = ','
     )]
     leave_out: Vec<String>,
-    /// Ends of a tree that lie within a sac, such as an aneurysm, and are no openings, by their names [default: none].
+    /// Ends of a tree that lie within a sac, such as an aneurysm, and are no openings, by their names [default: those
+    /// behind a neck where the surface is closed and round].
     #[arg(
         long,
         value_name = "NAME,NAME,...",

@@ -84,17 +84,29 @@ impl Junction {
         let mut order = parting.to_vec();
         let place = |&(line, s): &(usize, f64)| past(&lumen.lines[line], s).dot(&spread.across);
         order.sort_by(|a, b| place(a).total_cmp(&place(b)));
-        let apices: Vec<Vec3> = (order.windows(2))
-            .map(|pair| apex(lumen, &spread.flow, pair[0], pair[1]))
-            .collect::<Result<_, _>>()?;
-        let tried = |back: &f64| {
-            Self::at(slicer, trunk, &order, &spread, &apices, *back)
-                .and_then(|junction| Ok((junction.quality(slicer, trunk)?, junction)))
+        let ways: &[Apex] = match lumen.surface {
+            Some(_) => &[apex_of_chord, apex_between],
+            None => &[apex_between],
         };
+        let apices = |way: &Apex| -> Result<Vec<Vec3>, TreeError> {
+            let pairs = order.windows(2);
+            pairs
+                .map(|pair| way(lumen, &spread.flow, pair[0], pair[1]))
+                .collect()
+        };
+        let apices: Vec<_> = ways.iter().map(apices).collect();
         let is_sac = parting.iter().any(|(line, _)| lumen.lines[*line].is_closed);
         let further = if is_sac { &BACK_OF_SAC[..] } else { &[] };
-        let all = BACK.par_iter().chain(further).map(tried);
-        let all: Vec<Result<(f64, Self), TreeError>> = all.collect();
+        let tried = |(apices, back): (&Result<Vec<Vec3>, TreeError>, &f64)| {
+            let apices = apices.as_ref().map_err(Clone::clone)?;
+            let junction = Self::at(slicer, trunk, &order, &spread, apices, *back)?;
+            Ok((junction.quality(slicer, trunk)?, junction))
+        };
+        let backs = || BACK.iter().chain(further);
+        let all: Vec<_> = (apices.iter())
+            .flat_map(|apices| backs().map(move |back| (apices, back)))
+            .collect();
+        let all: Vec<Result<(f64, Self), TreeError>> = all.into_par_iter().map(tried).collect();
         let best = all.into_iter().reduce(|best, tried| match (best, tried) {
             (Ok(best), Ok(tried)) if best.0 >= tried.0 => Ok(best),
             (Ok(best), Err(_)) => Ok(best),
@@ -471,51 +483,46 @@ impl Slicer {
     }
 }
 
-/// The point of the surface between two lines that part, halfway between their walls.
-/// Where the lines leave in nearly opposite directions, these places may stay within a surface: it is then met along
-/// the flow.
-fn apex(
+/// Finds the point of the wall between two lines that part, for the direction of the flow upstream, and each line with
+/// the arc length (m) where it parts.
+type Apex = fn(&Lumen, &Vec3, (usize, f64), (usize, f64)) -> Result<Vec3, TreeError>;
+
+/// Places that are looked at along the lines, from two radii upstream of where they part to eight downstream.
+const STEPS: usize = 200;
+
+/// Arc length (m) of such a place from there on, for lines of this radius (m).
+fn step(i: usize, radius: f64) -> f64 {
+    radius * (-2.0 + 10.0 * i as f64 / STEPS as f64)
+}
+
+/// Where halfway between the walls of two lines the wall is met. Where the lines leave in nearly opposite directions,
+/// these places may stay within a surface: it is then met along the flow.
+fn apex_between(
     lumen: &Lumen,
     flow: &Vec3,
     (a, s): (usize, f64),
     (b, t): (usize, f64),
 ) -> Result<Vec3, TreeError> {
-    const STEPS: usize = 200;
-    const TOUCHING: usize = 20;
     let (p, q) = (&lumen.lines[a], &lumen.lines[b]);
     let r = p.radius(s).max(q.radius(t));
     let at = |u: f64| {
         let (f, g) = (p.radius(s + u), q.radius(t + u));
         (p.at(s + u) * g + q.at(t + u) * f) / (f + g)
     };
-    let is_inside = |u: f64| lumen.near(&p.at(s + u)).value(&at(u)) < 0.0;
-    let u = |i: usize| r * (-2.0 + 10.0 * i as f64 / STEPS as f64);
+    let u = |i: usize| step(i, r);
     if let Some(surface) = &lumen.surface {
-        // The chord between places of the two lines, further and further downstream, touches it there.
-        let on = |line: &CentreLine, s: f64| line.at(s.min(line.length()));
-        let crossed = |u: f64| surface.between(&on(p, s + u), &on(q, t + u));
-        let touched = || {
-            let i = (1..=STEPS).find(|i| crossed(u(*i)).is_some())?;
-            let (mut low, mut high) = (u(i - 1), u(i));
-            for _ in 0..TOUCHING {
-                let middle = 0.5 * (low + high);
-                match crossed(middle) {
-                    Some(_) => high = middle,
-                    None => low = middle,
-                }
-            }
-            let (_, from) = crossed(high)?;
-            let (_, to) = surface.between(&on(q, t + high), &on(p, s + high))?;
-            Some(surface.nearest(&(0.5 * (from + to))))
-        };
+        // From the shared branch out of the lumen.
+        let leaves = |i: usize| surface.between(&at(u(i)), &at(u(i + 1)));
         let ahead = || {
             let mean = (past_tangent(p, s) + past_tangent(q, t) + flow).normalize();
             let hit = surface.ray(&at(0.0), &mean)?;
             let x = at(0.0) + mean * hit.distance;
-            (hit.distance < REACH * r).then_some(x)
+            (hit.distance < REACH * r).then_some((hit, x))
         };
-        return touched().or_else(ahead).ok_or(TreeError::Apex(p.at(s)));
+        let met = (0..STEPS).find_map(leaves).or_else(ahead);
+        return met.map(|(_, x)| x).ok_or(TreeError::Apex(p.at(s)));
     }
+    let is_inside = |u: f64| lumen.near(&p.at(s + u)).value(&at(u)) < 0.0;
     let place = (0..STEPS).find(|i| is_inside(u(*i)) && !is_inside(u(i + 1)));
     let i = place.ok_or(TreeError::Apex(p.at(s)))?;
     let (mut low, mut high) = (u(i), u(i + 1));
@@ -527,4 +534,34 @@ fn apex(
         }
     }
     Ok(at(low))
+}
+
+/// Where the chord between places of the two lines, further and further downstream, touches the surface first. What
+/// lies halfway between the lines may be within a sac.
+fn apex_of_chord(
+    lumen: &Lumen,
+    _: &Vec3,
+    (a, s): (usize, f64),
+    (b, t): (usize, f64),
+) -> Result<Vec3, TreeError> {
+    const HALVINGS: usize = 20;
+    let (p, q) = (&lumen.lines[a], &lumen.lines[b]);
+    let r = p.radius(s).max(q.radius(t));
+    let none = || TreeError::Apex(p.at(s));
+    let surface = lumen.surface.as_ref().ok_or_else(none)?;
+    let on = |line: &CentreLine, s: f64| line.at(s.min(line.length()));
+    let crossed = |u: f64| surface.between(&on(p, s + u), &on(q, t + u));
+    let first = (1..=STEPS).find(|i| crossed(step(*i, r)).is_some());
+    let first = first.ok_or_else(none)?;
+    let (mut low, mut high) = (step(first - 1, r), step(first, r));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        match crossed(middle) {
+            Some(_) => high = middle,
+            None => low = middle,
+        }
+    }
+    let back = surface.between(&on(q, t + high), &on(p, s + high));
+    let ((_, from), (_, to)) = crossed(high).zip(back).ok_or_else(none)?;
+    Ok(surface.nearest(&(0.5 * (from + to))))
 }
