@@ -157,7 +157,7 @@ impl SurfaceSearch {
         let facets = facets.map(|(number, corners)| Facet { number, corners });
         let mut open = HashSet::new();
         for edge in (0..surface.triangles()).flat_map(|number| edges(surface.triangle(number))) {
-            // Whoever has it second closes it.
+            // the second triangle closes it.
             if !open.remove(&edge) {
                 open.insert(edge);
             }
@@ -321,7 +321,7 @@ mod tests {
 
     /// Two triangles side by side, and a third one that is a line between them.
     #[test]
-    fn nearest_places_where_a_surface_ends_and_on_triangles_without_area() {
+    fn places_beyond_the_end_and_flat_triangles_are_not_near() {
         let points = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
         let points = points.map(|[x, y]| Vec3::new(x, y, 0.0)).to_vec();
         let triangles = vec![[0, 1, 2], [0, 2, 3], [0, 2, 0]];
