@@ -157,7 +157,7 @@ impl SurfaceSearch {
         let facets = facets.map(|(number, corners)| Facet { number, corners });
         let mut open = HashSet::new();
         for edge in (0..surface.triangles()).flat_map(|number| edges(surface.triangle(number))) {
-            // the second triangle closes it.
+            // The second triangle closes it.
             if !open.remove(&edge) {
                 open.insert(edge);
             }

@@ -323,8 +323,8 @@ impl Slicer {
     }
 
     /// The plane cross-section at the arc length `s` (m) of a line, across `tangent`, its rim from the direction
-    /// `first` on, turned by an angle (rad). Where the surface ends before, it is that of a place up to 1.5 radii closer
-    /// to the junction, which lies downstream of an inlet and upstream of an outlet, moved there.
+    /// `first` on, turned by an angle (rad). Where the surface ends before, it is that of a place up to 1.5 radii
+    /// closer to the junction, which lies downstream of an inlet and upstream of an outlet, moved there.
     pub fn plane_near(
         &self,
         line: &CentreLine,
