@@ -194,7 +194,8 @@ fn tissue_that_rests_in_the_given_shape_holds_the_wall_back() {
         loaded < 0.9 * bare && unloaded > 1.2 * bare,
         "{loaded} {bare} {unloaded}"
     );
-    assert!(at_rest.abs() < 1e-12, "{at_rest:e}");
+    // Forces balance to 1e-10: what is left of the share differs by processor.
+    assert!(at_rest.abs() < 1e-10, "{at_rest:e}");
     assert!(shares[0] > 0.3, "{shares:?}");
 }
 
