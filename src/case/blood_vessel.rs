@@ -186,6 +186,12 @@ pub struct InitialWall {
 }
 
 impl Case {
+    /// Stretch along the vessel of each piece of its wall before it is loaded, besides that by ends which are moved.
+    pub fn prestretch(&self) -> f64 {
+        let initial = self.own().and_then(|own| own.wall.initial.as_ref());
+        initial.and_then(|keys| keys.axial_stretch).unwrap_or(1.0)
+    }
+
     /// How its wall is at t = 0, if that is asked for.
     pub fn initial_wall(&self) -> Option<InitialWall> {
         match &self.problem {

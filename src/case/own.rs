@@ -62,6 +62,7 @@ table! {
         pressure: f64 = "pressure_Pa", from(-1e6, 1e6), "pressure inside at t = 0";
         shape: Option<GivenShape> = "shape", ValueKind::Word(GivenShape::WORDS),
             "state of the wall that the given sizes describe: loaded is that under wall.initial.pressure_Pa", absent "loaded";
+        axial_stretch: Option<f64> = "axial_stretch", from(0.8, 2.0), "stretch of the wall along its branches in the unloaded shape", absent "1";
     }
 }
 

@@ -6,7 +6,7 @@ use super::element::mapping::{Mapping, MappingKind};
 use super::element::predicted_pressure::{Origin, VolumeGradients, Volumes};
 use super::element::surface::Surface;
 use super::element::volume::Formulation;
-use super::element::{Body, Elements, Motion, gather, scatter};
+use super::element::{Body, Elements, Fabric, Motion, gather, scatter};
 use super::linear_algebra::factor::{Factorization, LARGE, Precision, Symbolic};
 use super::linear_algebra::ordering;
 use super::linear_algebra::sparse::Pattern;
@@ -40,6 +40,8 @@ pub struct Options {
     /// Operations of a factorization from which on the body counts as large: its factors are stored in single precision
     /// at rest too.
     pub large: f64,
+    /// Stretch along the vessel in the reference configuration (1 without): see [`Fabric`].
+    pub prestretch: f64,
 }
 
 impl Options {
@@ -51,6 +53,7 @@ impl Options {
             quadrature_points: space.degrees.map(|p| p + 1),
             formulation: Formulation::default(),
             large: LARGE,
+            prestretch: 1.0,
         }
     }
 }
@@ -81,6 +84,7 @@ pub struct Discretization {
     materials: Arc<[Arc<dyn HyperelasticMaterial>]>,
     viscous: Vec<Option<KelvinVoigt>>,
     regions: Vec<usize>,
+    prestretch: f64,
 }
 
 impl Discretization {
@@ -118,7 +122,10 @@ impl Discretization {
             &numbering,
             &options.space,
             &mapping,
-            &mesh.directions,
+            Fabric {
+                directions: &mesh.directions,
+                prestretch: options.prestretch,
+            },
             count,
             points,
             formulation,
@@ -159,6 +166,7 @@ impl Discretization {
             materials: materials.iter().map(|law| law.elastic.clone()).collect(),
             viscous: materials.iter().map(|law| law.viscous).collect(),
             regions: mesh.regions.clone(),
+            prestretch: options.prestretch,
         })
     }
 
@@ -173,7 +181,7 @@ impl Discretization {
             &self.numbering,
             &self.space,
             &self.mapping,
-            &self.directions,
+            self.fabric(),
             self.regions.len(),
             &[rule.clone(), rule.clone(), rule],
         )
@@ -185,23 +193,56 @@ impl Discretization {
     /// # Errors
     /// If the displacement turns an element inside out.
     pub fn unloaded_by(&self, displacement: &[f64]) -> Result<Self, SolidError> {
+        self.unloaded_with(displacement, 1.0)
+    }
+
+    /// As [`Discretization::unloaded_by`], with this power of the prestretch.
+    pub(super) fn unloaded_with(
+        &self,
+        displacement: &[f64],
+        power: f64,
+    ) -> Result<Self, SolidError> {
         let (numbering, space) = (&self.numbering, &self.space);
         let mapping = self.mapping.unloaded_by(numbering, space, displacement);
         let foundations = self.foundations.iter();
+        let foundations =
+            foundations.map(|foundation| foundation.reshaped(numbering, space, &mapping));
+        let foundations = foundations.collect::<Result<_, _>>()?;
+        self.with(mapping, foundations, self.prestretch.powf(power))
+    }
+
+    /// The same body with this power of its prestretch.
+    ///
+    /// # Errors
+    /// None that the body itself has not.
+    pub fn prestretched_by(&self, power: f64) -> Result<Self, SolidError> {
+        let (mapping, foundations) = (self.mapping.clone(), self.foundations.clone());
+        self.with(mapping, foundations, self.prestretch.powf(power))
+    }
+
+    fn with(
+        &self,
+        mapping: Mapping,
+        foundations: Vec<Foundation>,
+        prestretch: f64,
+    ) -> Result<Self, SolidError> {
+        let (numbering, space) = (&self.numbering, &self.space);
         Ok(Self {
             space: self.space,
             elements: Elements::gauss(
                 numbering,
                 space,
                 &mapping,
-                &self.directions,
+                Fabric {
+                    directions: &self.directions,
+                    prestretch,
+                },
                 self.regions.len(),
                 self.quadrature_points,
                 self.formulation,
             )?,
-            foundations: foundations
-                .map(|foundation| foundation.reshaped(numbering, space, &mapping))
-                .collect::<Result<_, _>>()?,
+            prestretch,
+            foundations,
             mapping,
             directions: self.directions.clone(),
             numbering: numbering.clone(),
@@ -215,6 +256,18 @@ impl Discretization {
             viscous: self.viscous.clone(),
             regions: self.regions.clone(),
         })
+    }
+
+    fn fabric(&self) -> Fabric<'_> {
+        Fabric {
+            directions: &self.directions,
+            prestretch: self.prestretch,
+        }
+    }
+
+    /// Whether it is free of stress nowhere.
+    pub fn is_prestretched(&self) -> bool {
+        self.prestretch != 1.0
     }
 
     /// What integrals over the elements need.
@@ -301,7 +354,7 @@ impl Discretization {
             &self.numbering,
             &self.space,
             &self.mapping,
-            &self.directions,
+            self.fabric(),
             self.regions.len(),
             points,
             self.formulation,

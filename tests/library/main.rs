@@ -41,6 +41,7 @@ mod pfem_static_tube;
 #[path = "../pfem_support/mod.rs"]
 mod pfem_support;
 mod prestress;
+mod prestretch;
 mod random_lumen;
 mod resolution;
 mod solid_bad_input;

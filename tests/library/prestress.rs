@@ -9,8 +9,8 @@ use fsi_driver::pfem::supports::{Direction, Foundation, PressureAround, Profile,
 use fsi_driver::pfem::{Solid, Space, SpaceKind, Structure, StructureOptions, discretization};
 use fsi_driver::simulation::assembly::{CoupledModel, Workplace};
 
-/// A short stretched artery in tissue, with pressures inside and outside.
-fn tube() -> Structure {
+/// A short artery in tissue, with pressures inside and outside, whose pieces are stretched.
+fn tube(prestretch: f64) -> Structure {
     let fibred = Material::HolzapfelGasserOgden {
         mu: 2.7e4,
         kappa: 5e8,
@@ -31,6 +31,7 @@ fn tube() -> Structure {
     };
     let mut discretization = discretization::Options::new(Space::isotropic(SpaceKind::Trunk, 4));
     discretization.mapping = MappingKind::Blended(4);
+    discretization.prestretch = prestretch;
     let options = StructureOptions {
         discretization,
         density: 1100.0,
@@ -57,7 +58,7 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 #[test]
 fn the_unloaded_shape_is_found_again_from_the_loaded_one() {
-    let unloaded = tube();
+    let unloaded = tube(1.0);
     let body = unloaded.body();
     let mut moved = vec![0.0; body.coefficients()];
     let mesh = tube_mesh(2e-3, &[6e-4], 12e-3, 3, 4, 1);
@@ -68,7 +69,7 @@ fn the_unloaded_shape_is_found_again_from_the_loaded_one() {
     let exact = unloaded.equilibrium(pressure, Some(&moved)).unwrap();
     // The shape that it has then, as the given one.
     let back: Vec<f64> = exact.iter().map(|u| -u).collect();
-    let given = tube().unloaded_by(back).unwrap();
+    let given = tube(1.0).unloaded_by(back).unwrap();
     let found = given.unloaded_shape(pressure, Some(&moved)).unwrap();
     let error = distance(&found.displacement, &exact);
     let size = distance(&exact, &vec![0.0; exact.len()]);
@@ -80,6 +81,22 @@ fn the_unloaded_shape_is_found_again_from_the_loaded_one() {
     // Loading moves by more than a millimetre along and a tenth of it across.
     assert!(size > 1e-3, "{size:e}");
     assert!(found.iterations > found.steps);
+}
+
+#[test]
+fn the_unloaded_shape_of_a_prestretched_wall_is_found_again() {
+    let unloaded = tube(1.25);
+    let pressure = 8e3;
+    let exact = unloaded.equilibrium(pressure, None).unwrap();
+    let back: Vec<f64> = exact.iter().map(|u| -u).collect();
+    let given = tube(1.25).unloaded_by(back).unwrap();
+    let found = given.unloaded_shape(pressure, None).unwrap();
+    let error = distance(&found.displacement, &exact);
+    let unstretched = tube(1.0).equilibrium(pressure, None).unwrap();
+    let effect = distance(&unstretched, &exact);
+    println!("{error:.1e} m, {effect:.1e} m by the prestretch");
+    assert!(error < 1e-9, "{error:e}");
+    assert!(effect > 1e-5, "{effect:e}");
 }
 
 /// An imperfect vessel that is given at 80 mmHg is what its unloaded shape becomes.

@@ -123,6 +123,11 @@ fn settings(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         "OpenFOAM's mesh is that of the given shape, in which the run starts: expected \"loaded\", or fluid.solver = \"native\"".into(),
     );
     report(
+        &["wall.initial.axial_stretch"],
+        case.prestretch() != 1.0 && case.initial_wall().is_some_and(|wall| wall.shape == GivenShape::Unloaded),
+        "a wall whose pieces are stretched is in equilibrium in the loaded shape: expected wall.initial.shape = \"loaded\"".into(),
+    );
+    report(
         &["coupling.surrogate"],
         !matches!(
             case.coupling.surrogate,

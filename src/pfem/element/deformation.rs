@@ -34,7 +34,7 @@ impl Elements {
             .collect()
     }
 
-    /// `F = 1 + H ∂ξ/∂X` at the points of the element at `place` in its chunk, and the volumetric energy there, of the
+    /// `F = (1 + H ∂ξ/∂X) S` at the points of the element at `place` in its chunk, and the volumetric energy there, of the
     /// linearized equations if they are `linearized_at` other gradients; an error if `det F <= 0` or `J̄ <= 0`.
     pub(super) fn deformed(
         &self,
@@ -107,7 +107,7 @@ impl Elements {
         let stride = 3 * self.shapes.points;
         let at = |(q, point): (usize, &ElementPoint)| {
             let H = Mat3::from_fn(|i, alpha| gradients[(3 * place + i) * stride + 3 * q + alpha]);
-            Mat3::identity() + H * point.inverse_jacobian
+            point.initial() + H * point.inverse_jacobian
         };
         self.points[element].iter().enumerate().map(at).collect()
     }

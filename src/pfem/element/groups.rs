@@ -4,15 +4,17 @@ use super::super::material::HyperelasticMaterial;
 use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor, Vector};
 use super::super::space::shapes::Shapes;
 use super::ElementPoint;
-use crate::Vec3;
+use crate::{Mat3, Vec3};
 use faer::MatRef;
 use multiversion::multiversion;
 
 /// [`LANES`] quadrature points of an element side by side.
 #[derive(Debug, Clone)]
 pub(super) struct Group {
-    /// `∂ξ/∂X`.
+    /// `∂ξ/∂X S`, with the prestretch `S`.
     inverse_jacobian: Tensor<Lanes>,
+    /// `S - 1`, if the body is prestretched.
+    prestretch: Option<Tensor<Lanes>>,
     /// Quadrature weight times `det ∂X/∂ξ`, m³; zero where there is no point.
     pub(super) weight: Lanes,
     /// Axial and circumferential direction.
@@ -20,9 +22,9 @@ pub(super) struct Group {
 }
 
 impl Group {
-    /// `H ∂ξ/∂X` for the gradients `H` of an element, where this is the group number `g`.
+    /// `F - 1` for the gradients `H` of an element, where this is the group number `g`.
     #[inline(always)]
-    pub(super) fn displacement_gradient(&self, values: &[f64], g: usize) -> Tensor<Lanes> {
+    pub(super) fn change(&self, values: &[f64], g: usize) -> Tensor<Lanes> {
         let component = values.len() / 3;
         let mut local = [[Lanes::default(); 3]; 3];
         for i in 0..3 {
@@ -30,7 +32,15 @@ impl Group {
                 local[i][alpha] = Lanes::load(&values[i * component + (3 * g + alpha) * LANES..]);
             }
         }
-        lanes::product(&local, &self.inverse_jacobian)
+        let mut change = lanes::product(&local, &self.inverse_jacobian);
+        if let Some(prestretch) = &self.prestretch {
+            for i in 0..3 {
+                for j in 0..3 {
+                    change[i][j] += prestretch[i][j];
+                }
+            }
+        }
+        change
     }
 }
 
@@ -72,7 +82,7 @@ impl DeformedGroup<'_> {
 pub(super) fn deform(deformed: &mut [DeformedGroup], values: &[f64], changes: &mut [f64]) {
     let changes = changes.chunks_exact_mut(LANES);
     for ((g, deformed), changes) in deformed.iter_mut().enumerate().zip(changes) {
-        let mut F = deformed.group.displacement_gradient(values, g);
+        let mut F = deformed.group.change(values, g);
         changes.copy_from_slice(&lanes::volume_change(&F).to_array());
         add_identity(&mut F);
         deformed.F = F;
@@ -127,11 +137,15 @@ impl Groups {
             };
             let vector =
                 |f: &dyn Fn(&ElementPoint) -> Vec3| [0, 1, 2].map(|i| side_by_side(&|p| f(p)[i]));
+            let tensor = |f: &dyn Fn(&ElementPoint) -> Mat3| {
+                [0, 1, 2].map(|i| [0, 1, 2].map(|j| side_by_side(&|p| f(p)[(i, j)])))
+            };
             let mut weight = [0.0; LANES];
             (weight.iter_mut().zip(points)).for_each(|(w, point)| *w = point.weight);
             Group {
-                inverse_jacobian: [0, 1, 2]
-                    .map(|i| [0, 1, 2].map(|j| side_by_side(&|p| p.inverse_jacobian[(i, j)]))),
+                inverse_jacobian: tensor(&|p| p.inverse_jacobian),
+                prestretch: (points[0].prestretch)
+                    .map(|_| tensor(&|p| p.initial() - Mat3::identity())),
                 weight: Lanes::new(weight),
                 directions: [
                     vector(&|p| p.frame.axial),

@@ -9,6 +9,14 @@
 //! K^{ik}  = G Â^{ik} Gᵀ,  Â^{ik}_αβ = w Σ_jl ∂ξ_α/∂X_j A_ijkl ∂ξ_β/∂X_l              stiffness
 //! ```
 //! with `w` the quadrature weight times `det ∂X/∂ξ`; so all work but the material is matrix products.
+//!
+//! A [prestretched](Fabric::prestretch) body is free of stress nowhere: what is, point by point, is the reference
+//! configuration shortened along the vessel by a stretch `λ` and widened so that its volume stays,
+//! ```text
+//! S = λ a aᵀ + λ^(-1/2) (1 - a aᵀ),      F = (1 + H ∂ξ/∂X) S
+//! ```
+//! with `a` the direction along the vessel (a prestretch as of Mousavi and Avril, Biomech. Model. Mechanobiol. 16, 2017,
+//! held constant). As `det S = 1`, all else stays with `∂ξ/∂X S` in place of `∂ξ/∂X`.
 
 mod deformation;
 mod extremes;
@@ -49,12 +57,40 @@ pub const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), 
 /// What an element's shape contributes at a quadrature point.
 #[derive(Debug, Clone, Copy)]
 pub struct ElementPoint {
-    /// `∂ξ/∂X`.
+    /// `∂ξ/∂X S`, with the prestretch `S`.
     pub inverse_jacobian: Mat3,
     /// Quadrature weight times `det ∂X/∂ξ`, m³.
     pub weight: f64,
     /// Directions of the wall.
     pub frame: WallAxes,
+    /// `S`, if the body is prestretched.
+    pub prestretch: Option<Mat3>,
+}
+
+impl ElementPoint {
+    /// `F` without displacement.
+    pub(super) fn initial(&self) -> Mat3 {
+        self.prestretch.unwrap_or_else(Mat3::identity)
+    }
+}
+
+/// What a body is like besides its shape.
+#[derive(Debug, Clone, Copy)]
+pub struct Fabric<'a> {
+    /// Directions along and around.
+    pub directions: &'a WallDirections,
+    /// Stretch along the first of them in the reference configuration; 1 without.
+    pub prestretch: f64,
+}
+
+impl Fabric<'_> {
+    /// `S` where `along` points along the vessel; none where that is the identity.
+    fn stretched(&self, along: &Vec3) -> Option<Mat3> {
+        let stretch = self.prestretch;
+        let across = 1.0 / stretch.sqrt();
+        let own = || Mat3::identity() * across + along * along.transpose() * (stretch - across);
+        (stretch != 1.0).then(own)
+    }
 }
 
 /// Tensor product Gauss quadrature over all elements of a mesh.
@@ -106,13 +142,13 @@ impl Elements {
         numbering: &Numbering,
         space: &Space,
         mapping: &Mapping,
-        directions: &WallDirections,
+        fabric: Fabric,
         elements: usize,
         points: [usize; 3],
         formulation: Formulation,
     ) -> Result<Self, SolidError> {
         let rules = points.map(Rule::gauss_legendre);
-        let mut prepared = Self::new(numbering, space, mapping, directions, elements, &rules)?;
+        let mut prepared = Self::new(numbering, space, mapping, fabric, elements, &rules)?;
         if formulation == Formulation::Mixed {
             prepared.projection = Some(prepared.projection(&volume::modes(space)));
         }
@@ -124,7 +160,7 @@ impl Elements {
         numbering: &Numbering,
         space: &Space,
         mapping: &Mapping,
-        directions: &WallDirections,
+        fabric: Fabric,
         elements: usize,
         rules: &[Rule; 3],
     ) -> Result<Self, SolidError> {
@@ -151,11 +187,15 @@ impl Elements {
                         position: m.position.into(),
                     })?;
                     let [g0, g1] = [0, 1].map(|d| Vec3::from(m.jacobian.column(d)));
-                    let [along, around] = directions.tangents(e, xi, g0, g1);
+                    let [along, around] = fabric.directions.tangents(e, xi, g0, g1);
+                    let frame = WallAxes::from_tangents(&along, &around);
+                    let prestretch = fabric.stretched(&frame.axial);
                     Ok(ElementPoint {
-                        inverse_jacobian,
+                        inverse_jacobian: prestretch
+                            .map_or(inverse_jacobian, |stretched| inverse_jacobian * stretched),
                         weight: w * determinant,
-                        frame: WallAxes::from_tangents(&along, &around),
+                        frame,
+                        prestretch,
                     })
                 };
                 mapped.iter().zip(&weights).zip(place).map(point).collect()

@@ -87,7 +87,7 @@ impl Elements {
             let of_element = |(&e, values): (&usize, &[f64])| {
                 let groups = self.groups.of_element[e].iter().enumerate();
                 let cofactors = |(g, group): (usize, &Group)| {
-                    let mut F = group.displacement_gradient(values, g);
+                    let mut F = group.change(values, g);
                     add_identity(&mut F);
                     lanes::cofactors(&F)
                 };

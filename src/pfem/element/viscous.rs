@@ -48,7 +48,8 @@ impl Elements {
     pub(super) fn rates(&self, body: Body, element: usize, velocity: &[f64]) -> Vec<Mat3> {
         let gradients = gradients(body, &[element], velocity, self.shapes.gradient_matrix());
         let mut rates = self.deformation(element, &gradients, 0);
-        rates.iter_mut().for_each(|F| *F -= Mat3::identity());
+        let points = self.points[element].iter();
+        (rates.iter_mut().zip(points)).for_each(|(F, point)| *F -= point.initial());
         rates
     }
 }

@@ -187,13 +187,16 @@ fn follow(
     body.check_rigid_motions()?;
     let moved = |f: &Prescribed| f.is_guess;
     let mut problem = Statics {
-        body,
+        whole: body,
+        partly: None,
         loads,
         factor: 0.0,
         push: None,
         unloaded: OnceCell::new(),
         floor: body.round_off()?,
-        has_reactions: prescribed.as_ref().is_some_and(moved) || unloaded.iter().any(|&d| d != 0.0),
+        has_reactions: prescribed.as_ref().is_some_and(moved)
+            || unloaded.iter().any(|&d| d != 0.0)
+            || body.is_prestretched(),
     };
     let mut path = Path {
         prescribed,
@@ -262,7 +265,7 @@ impl Path<'_> {
             if factor > target - 1e-9 {
                 factor = target;
             }
-            problem.factor = factor;
+            problem.set_factor(factor)?;
             let mut kept: Option<KeptTangent> = None;
             match self.step(problem, &mut kept) {
                 Ok(solution) => {
@@ -305,7 +308,7 @@ impl Path<'_> {
     ) -> Result<newton::Solution, SolidError> {
         let mut start = self.displacement.clone();
         if let Some(Prescribed { values, is_guess }) = self.prescribed {
-            for (i, &is_held) in problem.body.supports.held().iter().enumerate() {
+            for (i, &is_held) in problem.body().supports.held().iter().enumerate() {
                 if is_held {
                     start[i] = problem.factor * values[i];
                 } else if is_guess {
@@ -339,7 +342,7 @@ impl Path<'_> {
         unstable: f64,
         beyond: LowestMode,
     ) -> Result<Bifurcation, SolidError> {
-        problem.factor = self.factor;
+        problem.set_factor(self.factor)?;
         let before = problem.lowest_mode(&self.displacement)?.eigenvalue.max(0.0);
         let share = before / (before - beyond.eigenvalue.min(-f64::MIN_POSITIVE));
         Ok(Bifurcation {
@@ -368,9 +371,9 @@ impl Path<'_> {
             Some(step) => (step.factor, step.displacement.clone()),
             None => (0.0, self.unloaded.clone()),
         };
-        problem.factor = self.factor;
+        problem.set_factor(self.factor)?;
         let mode = problem.lowest_mode(&self.displacement)?;
-        let push = PUSH * problem.body.element_size();
+        let push = PUSH * problem.body().element_size();
         problem.push = Some(mode.force.iter().map(|f| f * push).collect());
         self.increment = (1.0 - BELOW) * bifurcation.factor;
         let target = f64::min(1.0, BEYOND * bifurcation.factor);
@@ -399,7 +402,8 @@ pub fn solve_from(
     options: &StaticOptions,
 ) -> Result<Equilibrated, SolidError> {
     let problem = Statics {
-        body,
+        whole: body,
+        partly: None,
         loads,
         factor: 1.0,
         push: None,
@@ -439,7 +443,10 @@ fn at_factor(before: Option<&SurfaceLoad>, load: &SurfaceLoad, factor: f64) -> S
 }
 
 struct Statics<'a> {
-    body: &'a Discretization,
+    /// Prestretched as much as it is.
+    whole: &'a Discretization,
+    /// Prestretched by the share of the load, if it is prestretched and that share is not 1.
+    partly: Option<Discretization>,
     loads: &'a [Load<'a>],
     factor: f64,
     /// Forces that lead away from an unstable path, N.
@@ -452,28 +459,44 @@ struct Statics<'a> {
 }
 
 impl Statics<'_> {
+    /// The body at the present load.
+    fn body(&self) -> &Discretization {
+        self.partly.as_ref().unwrap_or(self.whole)
+    }
+
+    /// Sets the load factor, and the logarithm of the prestretch with it.
+    fn set_factor(&mut self, factor: f64) -> Result<(), SolidError> {
+        self.factor = factor;
+        let is_partly = self.whole.is_prestretched() && factor != 1.0;
+        self.partly = match is_partly {
+            true => Some(self.whole.prestretched_by(factor)?),
+            false => None,
+        };
+        Ok(())
+    }
+
     /// Whether an equilibrium at the present load is stable, or indifferent.
     fn is_stable(&self, d: &[f64]) -> Result<bool, SolidError> {
         let unloaded = match self.unloaded.get() {
             Some(&eigenvalue) => eigenvalue,
             None => {
                 let rest = vec![0.0; d.len()];
-                let mut tangent = self.body.tangent(&rest, None, &[])?;
-                self.body.pattern.hold(&mut tangent);
-                let factorization = self.body.factorize(&tangent)?;
-                let lowest = stability::lowest_mode(self.body, &factorization)?;
+                let mut tangent = self.body().tangent(&rest, None, &[])?;
+                self.body().pattern.hold(&mut tangent);
+                let factorization = self.body().factorize(&tangent)?;
+                let lowest = stability::lowest_mode(self.body(), &factorization)?;
                 *self.unloaded.get_or_init(|| lowest.eigenvalue)
             }
         };
         let mut tangent = self.tangent(d, None)?;
-        (self.body.pattern).add_diagonal(INDIFFERENT * unloaded, &mut tangent);
-        Ok(self.body.is_positive_definite(&tangent))
+        (self.body().pattern).add_diagonal(INDIFFERENT * unloaded, &mut tangent);
+        Ok(self.body().is_positive_definite(&tangent))
     }
 
     /// The mode whose eigenvalue is closest to zero, at the present load.
     fn lowest_mode(&self, d: &[f64]) -> Result<LowestMode, SolidError> {
-        let factorization = self.body.factorize(&self.tangent(d, None)?)?;
-        stability::lowest_mode(self.body, &factorization)
+        let factorization = self.body().factorize(&self.tangent(d, None)?)?;
+        stability::lowest_mode(self.body(), &factorization)
     }
 
     /// Forces of all loads at the present load factor.
@@ -488,7 +511,7 @@ impl Statics<'_> {
                     kind,
                 } => {
                     let values = at_factor(before.as_ref(), values, self.factor);
-                    surface.add_forces(&self.body.numbering, d, &values, *kind, &mut forces);
+                    surface.add_forces(&self.body().numbering, d, &values, *kind, &mut forces);
                 }
                 Load::Forces(full) => {
                     forces
@@ -509,9 +532,9 @@ impl Equilibrium for Statics<'_> {
         _: Option<&KeptTangent>,
         _: Option<&Residual>,
     ) -> Result<Residual, SolidError> {
-        let all = self.body.internal_forces(d)?;
-        let internal = self.body.restrict(&all);
-        let external = self.body.restrict(&self.external(d));
+        let all = self.body().internal_forces(d)?;
+        let internal = self.body().restrict(&all);
+        let external = self.body().restrict(&self.external(d));
         let norm = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
         let scale = match self.loads {
             [] => norm(&internal),
@@ -548,16 +571,16 @@ impl Equilibrium for Statics<'_> {
             .collect();
         let following: Vec<(&Surface, &SurfaceLoad)> =
             following.iter().map(|(s, l)| (*s, l)).collect();
-        let mut values = self.body.tangent(d, linearized_at, &following)?;
-        self.body.pattern.hold(&mut values);
+        let mut values = self.body().tangent(d, linearized_at, &following)?;
+        self.body().pattern.hold(&mut values);
         Ok(values)
     }
 
     fn factorize(&self, _: &[f64], tangent: &[f64]) -> Result<KeptTangent, SolidError> {
-        Ok(KeptTangent::new(self.body.factorize(tangent)?, None))
+        Ok(KeptTangent::new(self.body().factorize(tangent)?, None))
     }
 
     fn moved(&self, d: &[f64], step: &[f64], scale: f64) -> Vec<f64> {
-        self.body.moved(d, step, scale)
+        self.body().moved(d, step, scale)
     }
 }

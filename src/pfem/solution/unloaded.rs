@@ -6,7 +6,8 @@
 //! ```
 //! (Govindjee and Mihalic, *Computational methods for inverse finite elastostatics*, Comput. Methods Appl. Mech. Engrg.
 //! 136, 1996). Forces stand on the given shape, which does not change: neither do pressures that follow the surface.
-//! Nor can the body buckle here, for the moments of these forces are known. The load grows in steps. Each begins with a
+//! Nor can the body buckle here, for the moments of these forces are known. The load grows in steps, and the logarithm of
+//! a prestretch with it. Each begins with a
 //! fixed-point iteration,
 //! ```text
 //! g(u) = -K⁻¹ r(u),      u ← u + g(u),
@@ -98,7 +99,7 @@ pub fn find(
             external,
             factor,
             floor,
-            has_reactions: moved.is_some(),
+            has_reactions: moved.is_some() || body.is_prestretched(),
             tolerance: if factor < 1.0 { ON_THE_WAY } else { TOLERANCE },
         };
         let mut result = Err(SolidError::NoEquilibrium(String::new()));
@@ -160,7 +161,8 @@ struct Goal<'a> {
     external: &'a [f64],
     factor: f64,
     floor: f64,
-    /// Whether ends that were moved exert forces, against which the residual is measured too.
+    /// Whether ends that were moved, or hold a prestretched body, exert forces, against which the residual is measured
+    /// too.
     has_reactions: bool,
     tolerance: f64,
 }
@@ -170,7 +172,7 @@ impl Goal<'_> {
     fn residual(&self, displacement: &[f64]) -> Result<(DVector<f64>, f64), SolidError> {
         let all = self
             .body
-            .unloaded_by(displacement)?
+            .unloaded_with(displacement, self.factor)?
             .internal_forces(displacement)?;
         let [internal, external] = [&all[..], self.external].map(|f| self.body.restrict(f));
         let pairs = internal.iter().zip(&external);
@@ -194,7 +196,7 @@ impl Goal<'_> {
 
     /// The tangent of the internal forces in the unloaded shape that a displacement comes from.
     fn tangent(&self, displacement: &[f64]) -> Result<Factorization, SolidError> {
-        let unloaded = self.body.unloaded_by(displacement)?;
+        let unloaded = self.body.unloaded_with(displacement, self.factor)?;
         let mut tangent = unloaded.tangent(displacement, None, &[])?;
         unloaded.pattern.hold(&mut tangent);
         unloaded.factorize(&tangent)

@@ -263,7 +263,7 @@ fn buckled(initial: &InitialWall, key: &str, pressure: f64, error: &SolidError) 
 fn what_keeps_straight(initial: &InitialWall) -> String {
     match initial.key_of_shape {
         "wall.initial.shape" => {
-            "thicker or stiffer layers, or springs on the outer surface (wall.support)".into()
+            "thicker or stiffer layers, springs on the outer surface (wall.support), or prestretch (wall.initial.axial_stretch)".into()
         }
         _ => format!(
             "prestretch (initial.axial_stretch, here {:?}) or tissue around them (surroundings.spring_Pa_m)",
@@ -287,6 +287,7 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
     };
     let (pressure, image, stretch) = (initial.pressure, initial.image_pressure, initial.stretch);
     let is_pressed = pressure != 0.0 || image != 0.0 || domain.outer_pressure.is_some();
+    let stretch = stretch * case.prestretch();
     if stretch == 1.0 && !is_pressed && !initial.tissue_rests_loaded {
         return structure(case, domain).map(at_rest).map_err(of_mesh);
     }

@@ -502,6 +502,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
     if let Some(points) = settings.quadrature_points {
         discretization.quadrature_points = [points; 3];
     }
+    discretization.prestretch = case.prestretch();
     let options = StructureOptions {
         discretization,
         density: case.wall.density,
