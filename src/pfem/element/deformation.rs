@@ -34,8 +34,8 @@ impl Elements {
             .collect()
     }
 
-    /// `F = (1 + H ∂ξ/∂X) S` at the points of the element at `place` in its chunk, and the volumetric energy there, of the
-    /// linearized equations if they are `linearized_at` other gradients; an error if `det F <= 0` or `J̄ <= 0`.
+    /// `F = (1 + H ∂ξ/∂X) S` at the points of the element at `place` in its chunk, and the volumetric energy there, of
+    /// the linearized equations if they are `linearized_at` other gradients; an error if `det F <= 0` or `J̄ <= 0`.
     pub(super) fn deformed(
         &self,
         body: Body,

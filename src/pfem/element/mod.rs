@@ -11,12 +11,12 @@
 //! with `w` the quadrature weight times `det ∂X/∂ξ`; so all work but the material is matrix products.
 //!
 //! A [prestretched](Fabric::prestretch) body is free of stress nowhere: what is, point by point, is the reference
-//! configuration shortened along the vessel by a stretch `λ` and widened so that its volume stays,
+//! configuration shortened along the vessel by a stretch `λ`, and widened so that its volume stays,
 //! ```text
 //! S = λ a aᵀ + λ^(-1/2) (1 - a aᵀ),      F = (1 + H ∂ξ/∂X) S
 //! ```
-//! with `a` the direction along the vessel (a prestretch as of Mousavi and Avril, Biomech. Model. Mechanobiol. 16, 2017,
-//! held constant). As `det S = 1`, all else stays with `∂ξ/∂X S` in place of `∂ξ/∂X`.
+//! with `a` the direction along the vessel (a deposition stretch: Mousavi and Avril, Biomech. Model. Mechanobiol. 16,
+//! 2017). As `det S = 1`, all else stays with `∂ξ/∂X S` in place of `∂ξ/∂X`.
 
 mod deformation;
 mod extremes;

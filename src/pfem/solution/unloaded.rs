@@ -6,9 +6,8 @@
 //! ```
 //! (Govindjee and Mihalic, *Computational methods for inverse finite elastostatics*, Comput. Methods Appl. Mech. Engrg.
 //! 136, 1996). Forces stand on the given shape, which does not change: neither do pressures that follow the surface.
-//! Nor can the body buckle here, for the moments of these forces are known. The load grows in steps, and the logarithm of
-//! a prestretch with it. Each begins with a
-//! fixed-point iteration,
+//! Nor can the body buckle here, for the moments of these forces are known. The load grows in steps, and the logarithm
+//! of a prestretch with it. Each begins with a fixed-point iteration,
 //! ```text
 //! g(u) = -K⁻¹ r(u),      u ← u + g(u),
 //! ```
