@@ -3,7 +3,7 @@
 use super::super::SolidError;
 use super::super::material::{Volumetric, inverse_transpose, volume_change};
 use super::super::space::numbering::Numbering;
-use super::{Body, ElementPoint, Elements};
+use super::{Body, ElementPoint, Elements, prestretch};
 use crate::Mat3;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -107,7 +107,7 @@ impl Elements {
         let stride = 3 * self.shapes.points;
         let at = |(q, point): (usize, &ElementPoint)| {
             let H = Mat3::from_fn(|i, alpha| gradients[(3 * place + i) * stride + 3 * q + alpha]);
-            point.initial() + H * point.inverse_jacobian
+            prestretch(self.prestretch, &point.frame.axial) + H * point.inverse_jacobian
         };
         self.points[element].iter().enumerate().map(at).collect()
     }

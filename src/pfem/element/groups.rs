@@ -4,7 +4,7 @@ use super::super::material::HyperelasticMaterial;
 use super::super::material::lanes::{self, LANES, Lanes, Real, Tensor, Vector};
 use super::super::space::shapes::Shapes;
 use super::ElementPoint;
-use crate::{Mat3, Vec3};
+use crate::Vec3;
 use faer::MatRef;
 use multiversion::multiversion;
 
@@ -13,8 +13,8 @@ use multiversion::multiversion;
 pub(super) struct Group {
     /// `∂ξ/∂X S`, with the prestretch `S`.
     inverse_jacobian: Tensor<Lanes>,
-    /// `S - 1`, if the body is prestretched.
-    prestretch: Option<Tensor<Lanes>>,
+    /// See [`Fabric::prestretch`](super::Fabric::prestretch).
+    prestretch: f64,
     /// Quadrature weight times `det ∂X/∂ξ`, m³; zero where there is no point.
     pub(super) weight: Lanes,
     /// Axial and circumferential direction.
@@ -33,10 +33,15 @@ impl Group {
             }
         }
         let mut change = lanes::product(&local, &self.inverse_jacobian);
-        if let Some(prestretch) = &self.prestretch {
+        if self.prestretch != 1.0 {
+            // S - 1.
+            let across = 1.0 / self.prestretch.sqrt();
+            let along = Lanes::of(self.prestretch - across);
+            let axial = &self.directions[0];
             for i in 0..3 {
+                change[i][i] += Lanes::of(across - 1.0);
                 for j in 0..3 {
-                    change[i][j] += prestretch[i][j];
+                    change[i][j] += along * axial[i] * axial[j];
                 }
             }
         }
@@ -118,7 +123,7 @@ pub struct Groups {
 
 impl Groups {
     /// Arranges the points of all elements.
-    pub fn new(shapes: &Shapes, points: &[Vec<ElementPoint>]) -> Self {
+    pub fn new(shapes: &Shapes, points: &[Vec<ElementPoint>], prestretch: f64) -> Self {
         let (n, count) = (shapes.modes, shapes.points.div_ceil(LANES));
         let mut gradients = vec![0.0; n * 3 * LANES * count];
         for q in 0..shapes.points {
@@ -137,15 +142,12 @@ impl Groups {
             };
             let vector =
                 |f: &dyn Fn(&ElementPoint) -> Vec3| [0, 1, 2].map(|i| side_by_side(&|p| f(p)[i]));
-            let tensor = |f: &dyn Fn(&ElementPoint) -> Mat3| {
-                [0, 1, 2].map(|i| [0, 1, 2].map(|j| side_by_side(&|p| f(p)[(i, j)])))
-            };
             let mut weight = [0.0; LANES];
             (weight.iter_mut().zip(points)).for_each(|(w, point)| *w = point.weight);
             Group {
-                inverse_jacobian: tensor(&|p| p.inverse_jacobian),
-                prestretch: (points[0].prestretch)
-                    .map(|_| tensor(&|p| p.initial() - Mat3::identity())),
+                inverse_jacobian: [0, 1, 2]
+                    .map(|i| [0, 1, 2].map(|j| side_by_side(&|p| p.inverse_jacobian[(i, j)]))),
+                prestretch,
                 weight: Lanes::new(weight),
                 directions: [
                     vector(&|p| p.frame.axial),

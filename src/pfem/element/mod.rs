@@ -63,15 +63,6 @@ pub struct ElementPoint {
     pub weight: f64,
     /// Directions of the wall.
     pub frame: WallAxes,
-    /// `S`, if the body is prestretched.
-    pub prestretch: Option<Mat3>,
-}
-
-impl ElementPoint {
-    /// `F` without displacement.
-    pub(super) fn initial(&self) -> Mat3 {
-        self.prestretch.unwrap_or_else(Mat3::identity)
-    }
 }
 
 /// What a body is like besides its shape.
@@ -83,14 +74,13 @@ pub struct Fabric<'a> {
     pub prestretch: f64,
 }
 
-impl Fabric<'_> {
-    /// `S` where `along` points along the vessel; none where that is the identity.
-    fn stretched(&self, along: &Vec3) -> Option<Mat3> {
-        let stretch = self.prestretch;
-        let across = 1.0 / stretch.sqrt();
-        let own = || Mat3::identity() * across + along * along.transpose() * (stretch - across);
-        (stretch != 1.0).then(own)
+/// `S` for a stretch where `along` points along the vessel.
+fn prestretch(stretch: f64, along: &Vec3) -> Mat3 {
+    if stretch == 1.0 {
+        return Mat3::identity();
     }
+    let across = 1.0 / stretch.sqrt();
+    Mat3::identity() * across + along * along.transpose() * (stretch - across)
 }
 
 /// Tensor product Gauss quadrature over all elements of a mesh.
@@ -106,6 +96,8 @@ pub struct Elements {
     pub local: Vec<[f64; 3]>,
     /// `points[e][q]`.
     pub points: Vec<Vec<ElementPoint>>,
+    /// See [`Fabric::prestretch`].
+    prestretch: f64,
     /// Whence the volumetric energy takes the volume ratio; absent if from `det F` at each point.
     projection: Option<Projection>,
     /// The points once more, as internal forces take them.
@@ -189,13 +181,13 @@ impl Elements {
                     let [g0, g1] = [0, 1].map(|d| Vec3::from(m.jacobian.column(d)));
                     let [along, around] = fabric.directions.tangents(e, xi, g0, g1);
                     let frame = WallAxes::from_tangents(&along, &around);
-                    let prestretch = fabric.stretched(&frame.axial);
                     Ok(ElementPoint {
-                        inverse_jacobian: prestretch
-                            .map_or(inverse_jacobian, |stretched| inverse_jacobian * stretched),
+                        inverse_jacobian: match fabric.prestretch == 1.0 {
+                            true => inverse_jacobian,
+                            false => inverse_jacobian * prestretch(fabric.prestretch, &frame.axial),
+                        },
                         weight: w * determinant,
                         frame,
-                        prestretch,
                     })
                 };
                 mapped.iter().zip(&weights).zip(place).map(point).collect()
@@ -203,13 +195,14 @@ impl Elements {
             .collect::<Result<Vec<_>, SolidError>>()?;
         let shapes = Shapes::new(&numbering.modes, space, axes);
         Ok(Self {
-            groups: Groups::new(&shapes, &points),
+            groups: Groups::new(&shapes, &points, fabric.prestretch),
             shapes,
             sums: SumFactorization::new(&numbering.modes, space, axes, PAIRS.len()),
             workspaces: Pool::default(),
             local: lattice(axes).collect(),
             axes: axes.map(<[f64]>::to_vec),
             points,
+            prestretch: fabric.prestretch,
             projection: None,
         })
     }

@@ -1,7 +1,7 @@
 //! Forces of viscous stresses.
 
 use super::deformation::{gradients, scatter};
-use super::{Body, Elements};
+use super::{Body, ElementPoint, Elements, prestretch};
 use crate::Mat3;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -49,7 +49,8 @@ impl Elements {
         let gradients = gradients(body, &[element], velocity, self.shapes.gradient_matrix());
         let mut rates = self.deformation(element, &gradients, 0);
         let points = self.points[element].iter();
-        (rates.iter_mut().zip(points)).for_each(|(F, point)| *F -= point.initial());
+        let initial = |point: &ElementPoint| prestretch(self.prestretch, &point.frame.axial);
+        (rates.iter_mut().zip(points)).for_each(|(F, point)| *F -= initial(point));
         rates
     }
 }
