@@ -381,7 +381,7 @@ fn a_wall_around_centre_lines_fits_cells_of_any_shape() {
     complete(preview);
     let page = fs::read_to_string(case.join("drawn/preview.html")).unwrap();
     for part in [
-        "cells of your OpenFOAM case; wall of 280 elements of degree 3",
+        "cells of your OpenFOAM case; wall of 272 elements of degree 3",
         "common divides into internal, external.",
         "the wet patches of the OpenFOAM mesh in red",
     ] {
