@@ -124,10 +124,11 @@ impl Axis {
         let decimals = (-step.log10().floor()).max(0.0) as usize;
         let first = (self.low / step - 1e-6).ceil() as i64;
         let last = (self.high / step + 1e-6).floor() as i64;
-        // Many zeros do not fit next to the axis: all names share the power of ten of the largest.
+        // Many zeros do not fit next to the axis: all names share the power of ten of the largest. But digits do not
+        // become fewer by that.
         let largest = (step * first.abs().max(last.abs()) as f64).log10().floor() as i32;
         let name = |value: f64| match decimals {
-            0..=4 => format!("{value:.decimals$}"),
+            _ if decimals <= 4 || largest >= -1 => format!("{value:.decimals$}"),
             _ if value == 0.0 => "0".to_owned(),
             _ => {
                 let decimals = (decimals as i32 + largest).max(0) as usize;
@@ -200,6 +201,10 @@ mod tests {
         assert_eq!(
             names(0.0, 1.8e-4),
             ["0", "0.5e\u{2212}4", "1.0e\u{2212}4", "1.5e\u{2212}4"]
+        );
+        assert_eq!(
+            names(0.84168, 0.84171),
+            ["0.84168", "0.84169", "0.84170", "0.84171"]
         );
         assert_eq!(names(7.0, 7.0), ["6.5", "7.0", "7.5"]);
     }

@@ -33,6 +33,19 @@ const FAMILY: &str = "DejaVu Sans, Verdana, Arial, sans-serif";
 const LINE: f64 = 15.0;
 /// An axis is lengthened at most so often to make room for the legend.
 const MOST_LENGTHENINGS: usize = 8;
+/// More curves than these have their legend on the right of the axes: within, it would cover half of them.
+const MOST_WITHIN: usize = 7;
+/// Points of a curve count every so many pixels in the search for a place for the legend.
+const STRIDE: f64 = 8.0;
+/// Width of a letter of the size 11.
+const LETTER: f64 = 6.2;
+
+/// The axes of a panel, and its legend.
+struct Placed {
+    x: Axis,
+    y: Axis,
+    legend: Option<Legend>,
+}
 
 /// Where the legend stands.
 struct Legend {
@@ -76,27 +89,30 @@ impl Figure {
         write_atomically(&path.with_extension("svg"), svg.as_bytes())
     }
 
-    /// Panels in a row, rows, and the size of a panel with the room around it.
-    fn layout(&self) -> ([usize; 2], [f64; 2]) {
+    /// Panels in a row, rows, the room to the left of the axes, and the size of a panel with the room around it.
+    fn layout(&self) -> ([usize; 2], f64, [f64; 2]) {
         let [left, top, right, bottom] = ROOM;
         let columns = self.columns.clamp(1, self.panels.len().max(1));
         let rows = self.panels.len().div_ceil(columns);
-        (
-            [columns, rows],
-            [left + AXES[0] + right, top + AXES[1] + bottom],
-        )
+        let more = self.panels.iter().map(Panel::more_room);
+        let [more_left, more_right] = more.fold([0.0; 2], |a, b| {
+            [f64::max(a[0], b[0]), f64::max(a[1], b[1])]
+        });
+        let left = left + more_left;
+        let size = [left + AXES[0] + right + more_right, top + AXES[1] + bottom];
+        ([columns, rows], left, size)
     }
 
     /// Width and height.
     pub fn size(&self) -> [f64; 2] {
-        let ([columns, rows], [width, height]) = self.layout();
+        let ([columns, rows], _, [width, height]) = self.layout();
         [width * columns as f64, height * rows as f64]
     }
 
     /// The figure as a text in SVG.
     pub fn to_svg(&self) -> String {
-        let ([columns, _], [width, height]) = self.layout();
-        let ([left, top, ..], [all_width, all_height]) = (ROOM, self.size());
+        let ([columns, _], left, [width, height]) = self.layout();
+        let ([_, top, ..], [all_width, all_height]) = (ROOM, self.size());
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{all_width}\" height=\"{all_height}\" \
              viewBox=\"0 0 {all_width} {all_height}\" font-family=\"{FAMILY}\" font-size=\"12\">\n\
@@ -115,22 +131,21 @@ impl Figure {
 }
 
 impl Panel {
-    fn draw(&self, [left, top]: [f64; 2], svg: &mut String) {
+    /// The axes at a place of the picture.
+    fn placed(&self, [left, top]: [f64; 2]) -> Placed {
         let (right, bottom) = (left + AXES[0], top + AXES[1]);
         let [along, up] = self.scales;
-        let seen = |(x, y): &&(f64, f64)| along.shows(*x) && up.shows(*y);
-        let points = || {
-            self.curves
-                .iter()
-                .flat_map(|curve| curve.points.iter().filter(seen))
-        };
+        let points = || self.curves.iter().flat_map(|curve| self.seen(curve));
         // Points, unlike lines, need room at the ends.
         let marked = self.curves.iter().any(|curve| curve.marker.is_some());
         let room = marked && along == Scale::Linear;
         let x = Axis::new(along, points().map(|p| p.0), room, left, right);
         let mut y = Axis::new(up, points().map(|p| p.1), true, bottom, top);
         let legend = |y: &Axis| {
-            let drawn: Vec<_> = points().map(|&(a, b)| (x.at(a), y.at(b))).collect();
+            let curves = self.curves.iter();
+            let drawn: Vec<_> = curves
+                .flat_map(|curve| drawn(&self.pixels(curve, &x, y)))
+                .collect();
             self.legend(&drawn, left, top)
         };
         for _ in 0..MOST_LENGTHENINGS {
@@ -138,20 +153,48 @@ impl Panel {
                 y = y.lengthened();
             }
         }
+        let legend = legend(&y);
+        Placed { x, y, legend }
+    }
+
+    /// The points of a curve that the scales can show.
+    fn seen<'a>(&self, curve: &'a Curve) -> impl Iterator<Item = &'a (f64, f64)> {
+        let [along, up] = self.scales;
+        let points = curve.points.iter();
+        points.filter(move |(x, y)| along.shows(*x) && up.shows(*y))
+    }
+
+    fn pixels(&self, curve: &Curve, x: &Axis, y: &Axis) -> Vec<(f64, f64)> {
+        let points = self.seen(curve);
+        points.map(|&(a, b)| (x.at(a), y.at(b))).collect()
+    }
+
+    /// Room that long numbers beside the axes, and a legend there, take in addition to the usual.
+    fn more_room(&self) -> [f64; 2] {
+        let Placed { x, y, legend } = self.placed([0.0; 2]);
+        let ticks = y.ticks().into_iter();
+        let longest = ticks.filter_map(|tick| tick.name.map(|name| letters(&name)));
+        let usual = 6.0;
+        let left = (longest.max().unwrap_or(0) as f64 - usual).max(0.0) * LETTER;
+        let beside = legend.filter(|legend| legend.at[0] > x.to);
+        [left, beside.map_or(0.0, |legend| legend.size[0] + 8.0)]
+    }
+
+    fn draw(&self, [left, top]: [f64; 2], svg: &mut String) {
+        let (right, bottom) = (left + AXES[0], top + AXES[1]);
+        let Placed { x, y, legend } = self.placed([left, top]);
         self.draw_axes(&x, &y, svg);
         for curve in &self.curves {
-            let seen = curve.points.iter().filter(seen);
-            let at: Vec<_> = seen.map(|&(a, b)| (x.at(a), y.at(b))).collect();
-            curve.draw(&at, svg);
+            curve.draw(&self.pixels(curve, &x, &y), svg);
         }
-        if let Some(legend) = legend(&y) {
+        if let Some(legend) = legend {
             self.draw_legend(&legend, svg);
         }
         let middle = 0.5 * (left + right);
         text(svg, middle, top - 10.0, "middle", 13.0, &self.title);
         text(svg, middle, bottom + 38.0, "middle", 12.0, &self.x_label);
-        let (at, height) = (left - 53.0, 0.5 * (top + bottom));
-        upward(svg, at, height, &self.y_label);
+        let at = left - 53.0 - self.more_room()[0];
+        upward(svg, at, 0.5 * (top + bottom), &self.y_label);
     }
 
     fn draw_axes(&self, x: &Axis, y: &Axis, svg: &mut String) {
@@ -180,7 +223,10 @@ impl Panel {
         );
         for tick in x.ticks() {
             if let Some(name) = &tick.name {
-                text(svg, x.at(tick.value), y.from + 17.0, "middle", 11.0, name);
+                // The last number stays within the picture
+                let half = 0.5 * LETTER * letters(name) as f64;
+                let at = x.at(tick.value).min(x.to + ROOM[2] - 1.0 - half);
+                text(svg, at, y.from + 17.0, "middle", 11.0, name);
             }
         }
         for tick in y.ticks() {
@@ -195,13 +241,21 @@ impl Panel {
         self.curves.iter().filter(|curve| !curve.name.is_empty())
     }
 
-    /// In the corner with the fewest points of the curves; the first of equals, as errors fall to the right.
+    /// In the corner where it covers least of the curves; the first of equals, as errors fall to the right. On the right
+    /// of the axes if there are many.
     fn legend(&self, points: &[(f64, f64)], left: f64, top: f64) -> Option<Legend> {
         let longest = self.named().map(|c| letters(&c.name)).max()?;
         let (width, height) = (
-            38.0 + 6.2 * longest as f64,
+            41.0 + LETTER * longest as f64,
             LINE * self.named().count() as f64 + 6.0,
         );
+        if self.named().count() > MOST_WITHIN {
+            return Some(Legend {
+                at: [left + AXES[0] + 8.0, top],
+                size: [width, height],
+                hides: 0,
+            });
+        }
         let right = left + AXES[0] - 8.0 - width;
         let bottom = top + AXES[1] - 8.0 - height;
         let (left, top) = (left + 8.0, top + 8.0);
@@ -236,6 +290,19 @@ impl Panel {
             text(svg, x + 34.0, middle + 4.0, "start", 11.0, &curve.name);
         }
     }
+}
+
+/// Places along a line through points.
+fn drawn(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let between = points.windows(2).flat_map(|ends| {
+        let [(x, y), (x2, y2)] = [ends[0], ends[1]];
+        let count = ((x2 - x).hypot(y2 - y) / STRIDE).ceil().max(1.0);
+        (0..count as usize).map(move |i| {
+            let share = i as f64 / count;
+            (x + share * (x2 - x), y + share * (y2 - y))
+        })
+    });
+    between.chain(points.last().copied()).collect()
 }
 
 /// A text in SVG as PNG, with so many pixels per pixel of the SVG.
@@ -278,4 +345,59 @@ pub fn png_image([columns, rows]: [usize; 2], pixels: &[[u8; 3]]) -> Vec<u8> {
         to.copy_from_slice(&[*r, *g, *b, 255]);
     }
     image.encode_png().expect("pixels can be written to memory")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn panel(curves: &[&[(f64, f64)]]) -> Panel {
+        let curve = |(i, points): (usize, &&[(f64, f64)])| Curve {
+            name: format!("curve {i}"),
+            points: points.to_vec(),
+            colour: i,
+            marker: None,
+            open: false,
+        };
+        Panel {
+            title: String::new(),
+            x_label: "x".into(),
+            y_label: "y".into(),
+            scales: [Scale::Linear; 2],
+            curves: curves.iter().enumerate().map(curve).collect(),
+        }
+    }
+
+    fn width(panel: Panel) -> f64 {
+        let panels = vec![panel];
+        Figure { panels, columns: 1 }.size()[0]
+    }
+
+    #[test]
+    fn a_legend_of_many_curves_stands_beside_the_axes() {
+        let line: &[(f64, f64)] = &[(0.0, 0.0), (1.0, 1.0)];
+        let [few, many] = [7, 8].map(|count| panel(&vec![line; count]));
+        let placed = many.placed([0.0; 2]);
+        let legend = placed.legend.unwrap();
+        assert!(legend.at[0] > placed.x.to, "{}", legend.at[0]);
+        assert!(few.placed([0.0; 2]).legend.unwrap().at[0] < placed.x.to);
+        let more = width(many) - width(few);
+        assert!((more - legend.size[0] - 8.0).abs() < 1e-9, "{more}");
+    }
+
+    /// A line between two points passes through the corner in which there are no points.
+    #[test]
+    fn a_legend_does_not_cover_lines() {
+        let falling: &[(f64, f64)] = &[(-1.0, 0.5), (0.0, 0.0), (1.0, 0.5), (2.0, 1.0)];
+        let panel = panel(&[falling, &[(-1.0, 1.2), (2.0, -0.2)]]);
+        let legend = panel.placed([0.0; 2]).legend.unwrap();
+        assert_eq!(legend.hides, 0);
+    }
+
+    #[test]
+    fn long_numbers_have_room_beside_the_axes() {
+        let short = panel(&[&[(0.0, 0.0), (1.0, 1.0)]]);
+        let long = panel(&[&[(0.0, 0.884_168), (1.0, 0.884_174)]]);
+        assert_eq!(width(long) - width(short), 2.0 * LETTER);
+    }
 }

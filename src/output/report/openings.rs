@@ -25,7 +25,10 @@ fn curves<Row>(
     let curve = |(number, known): (usize, &&str)| {
         let own = rows.iter().filter(|row| name(row) == *known);
         let points = own.filter_map(point).collect();
-        line(known, COLOURS[number % COLOURS.len()], points)
+        Curve {
+            open: number / COLOURS.len() % 2 == 1,
+            ..line(known, COLOURS[number % COLOURS.len()], points)
+        }
     };
     names.iter().enumerate().map(curve).collect()
 }

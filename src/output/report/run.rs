@@ -4,6 +4,7 @@ use super::flow_field::LumenFlow;
 use super::page::{Page, chart, escape, gallery, line, panel, table, warnings};
 use super::quantities::{Quantity, UNKNOWN};
 use super::surface::DrawnSurface;
+use super::table::transposed;
 use super::{case_table, initial_state, maps, openings, quantities, resolution, scene};
 use crate::analysis;
 use crate::analysis::centre_line;
@@ -135,13 +136,17 @@ fn column(run: &Results, value: fn(&HistoryRow) -> f64, unit: f64) -> Vec<(f64, 
     rows.map(|row| (row.time_s, value(row) / unit)).collect()
 }
 
-/// A row for each measure of the hemodynamics, a column for each region.
+/// More regions than these are rows of their table: as columns they would not fit on a page.
+const MOST_COLUMNS: usize = 5;
+
+/// A row for each measure of the hemodynamics, a column for each region; or the other way round.
 fn measures(run: &Results) -> String {
     let regions = &run.hemodynamics.regions;
     if regions.is_empty() {
         return "<p>The run has not come to the evaluated window yet.</p>\n".into();
     }
-    let mut heads = vec!["measure".to_owned()];
+    let are_rows = regions.len() > MOST_COLUMNS;
+    let mut heads = vec![if are_rows { "region" } else { "measure" }.to_owned()];
     heads.extend(regions.iter().map(|r| {
         let name = escape(&r.region.name.to_string());
         match &r.region.extent {
@@ -184,7 +189,11 @@ fn measures(run: &Results) -> String {
         let is_known = cells.iter().any(|cell| cell != UNKNOWN);
         is_known.then(|| [vec![quantity.name.to_owned()], cells].concat())
     };
-    let rows: Vec<Vec<String>> = quantities::all().iter().filter_map(row).collect();
+    let rows = quantities::all().iter().filter_map(row).collect();
+    let (heads, rows) = match are_rows {
+        true => transposed(heads, rows),
+        false => (heads, rows),
+    };
     let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
     table(&heads, &rows)
 }
@@ -340,9 +349,10 @@ fn wall(run: &Results) -> Vec<String> {
     };
     let regions = analysis::regions(&run.case);
     let by_region = |value: fn(&crate::hemodynamics::RegionStep) -> f64| {
-        // Dashed, since the middle is a part of the artery and often has the artery's own value.
+        // Dashed, since the middle is a part of the artery and often has the artery's own value; or as there are more
+        // regions than colours.
         let some = regions.iter().enumerate().map(|(number, found)| Curve {
-            open: found.name.as_str() == analysis::MID_ARTERY,
+            open: found.name.as_str() == analysis::MID_ARTERY || number / 6 % 2 == 1,
             ..line(
                 &found.name.to_string(),
                 colour((number, found)),

@@ -40,13 +40,7 @@ impl PageTable {
 
     /// Its columns as rows: many figures of few runs.
     pub fn transposed(&self) -> Self {
-        let columns = 0..self.heads.len();
-        let mut columns = columns.map(|i| {
-            let cells = self.rows.iter().map(move |row| row[i].clone());
-            std::iter::once(self.heads[i].clone()).chain(cells)
-        });
-        let heads = columns.next().into_iter().flatten().collect();
-        let rows = columns.map(Iterator::collect).collect();
+        let (heads, rows) = transposed(self.heads.clone(), self.rows.clone());
         Self { heads, rows }
     }
 
@@ -87,6 +81,17 @@ impl PageTable {
             .map(line)
             .collect()
     }
+}
+
+/// Columns as rows: the heads of the rows become those of the columns.
+pub fn transposed(heads: Vec<String>, rows: Vec<Vec<String>>) -> (Vec<String>, Vec<Vec<String>>) {
+    let mut rows: Vec<_> = rows.into_iter().map(Vec::into_iter).collect();
+    let mut columns = heads.into_iter().map(|head| {
+        let cells = rows.iter_mut().filter_map(Iterator::next);
+        std::iter::once(head).chain(cells).collect()
+    });
+    let heads = columns.next().unwrap_or_default();
+    (heads, columns.collect())
 }
 
 #[cfg(test)]
