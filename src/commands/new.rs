@@ -7,6 +7,7 @@ use crate::output::terminal;
 use crate::proposal::{Like, Proposal, ProposalError, ProposalInput};
 use crate::simulation::assembly::Domain;
 use rayon::prelude::*;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
 
@@ -282,10 +283,10 @@ fn put(whole: TempDir, folder: &Path) -> std::io::Result<()> {
 /// is given.
 fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
     let mut meshed: Vec<(Preset, Option<Domain>)> = PRESETS.map(|preset| (preset, None)).into();
-    let mut inside_out_of = |proposal: &Proposal, presets: usize| -> Result<_, Failure> {
+    let mut inside_out_of = |proposal: &Proposal, presets: Range<usize>| -> Result<_, Failure> {
         std::fs::write(folder.join(CASE_FILE), &proposal.text)
             .map_err(|e| Failure::Run(format!("cannot write {CASE_FILE}: {e}")))?;
-        inside_out(folder, &mut meshed[..presets])
+        inside_out(folder, &mut meshed[presets])
     };
     let refused = |(preset, x): (Preset, Vec3), thinnest: Option<f64>| {
         let advice = match thinnest {
@@ -306,20 +307,20 @@ fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
     };
     let mut thickness = None;
     // The first preset has the fewest cells, and the thinnest wall says at once whether there is any.
-    for presets in [1, PRESETS.len()] {
-        let Some(place) = inside_out_of(proposal, presets)? else {
+    for (untried, presets) in [(0..1, 0..1), (1..PRESETS.len(), 0..PRESETS.len())] {
+        let Some(place) = inside_out_of(proposal, untried)? else {
             continue;
         };
         let mut thinnest = proposal.clone();
         let Some(share) = std::iter::from_fn(|| thinnest.make_thinner()).last() else {
             return Err(refused(place, thickness));
         };
-        if let Some(place) = inside_out_of(&thinnest, presets)? {
+        if let Some(place) = inside_out_of(&thinnest, presets.clone())? {
             return Err(refused(place, Some(share)));
         }
         thickness = loop {
             match proposal.make_thinner() {
-                Some(_) if inside_out_of(proposal, presets)?.is_some() => {}
+                Some(_) if inside_out_of(proposal, presets.clone())?.is_some() => {}
                 found => break found,
             }
         };

@@ -29,6 +29,10 @@ pub struct CentreLine {
     s: Vec<f64>,
     /// Pieces between samples, group by group.
     balls: Vec<Ball>,
+    /// From one group to the next, how far a point is not nearer to the tubes changes by this at most, m.
+    spacing: f64,
+    /// The largest radius of a sample, m.
+    widest: f64,
     /// Whether the lumen ends with it, as half a sphere.
     pub is_closed: bool,
 }
@@ -39,8 +43,6 @@ struct Ball {
     middle: Vec3,
     /// No place of the tubes around the pieces is farther from the middle, m.
     reach: f64,
-    /// The largest radius, m.
-    radius: f64,
 }
 
 impl Ball {
@@ -50,17 +52,27 @@ impl Ball {
             .iter()
             .zip(radii)
             .map(|(x, r)| (x - middle).norm() + r);
-        let radius = radii.iter().copied().fold(0.0, f64::max);
         Self {
             middle,
             reach: off.fold(0.0, f64::max) * (1.0 + ROUNDING),
-            radius,
         }
     }
 
     /// A point is not nearer to any of the tubes, m.
     fn off(&self, x: &Vec3) -> f64 {
         (x - self.middle).norm() * (1.0 - ROUNDING) - self.reach
+    }
+
+    /// How near a point looks, for a comparison of several: the power of the point.
+    fn power(&self, x: &Vec3) -> f64 {
+        (x - self.middle).norm_squared() - self.reach * self.reach
+    }
+
+    /// Whether one of the tubes may be so near (m) to a point: not if that is less than [`Ball::off`].
+    fn may_be_within(&self, x: &Vec3, distance: f64) -> bool {
+        let most = distance + self.reach;
+        let squared = (x - self.middle).norm_squared() * (1.0 - 2.0 * ROUNDING);
+        most >= 0.0 && squared <= most * most
     }
 }
 
@@ -140,8 +152,15 @@ impl CentreLine {
             let samples = i..=(i + GROUP).min(pieces);
             Ball::of(&points[samples.clone()], &radii[samples])
         });
+        let balls: Vec<Ball> = groups.collect();
+        let pairs = balls.windows(2);
+        let apart = pairs.map(|pair| {
+            (pair[1].middle - pair[0].middle).norm() + (pair[1].reach - pair[0].reach).abs()
+        });
         Self {
-            balls: groups.collect(),
+            spacing: apart.fold(0.0, f64::max) * (1.0 + ROUNDING),
+            widest: radii.iter().copied().fold(0.0, f64::max),
+            balls,
             points,
             radii,
             s,
@@ -220,28 +239,29 @@ impl CentreLine {
         let end = range.end.min(self.points.len() - 1);
         let within = |group: usize| range.start.max(group * GROUP)..end.min((group + 1) * GROUP);
         let groups = range.start / GROUP..end.div_ceil(GROUP);
-        // The group that looks nearest says how near the others must be.
-        let mut known = f64::INFINITY;
-        if groups.len() > 1 {
-            let nearest = groups
-                .clone()
-                .map(|group| (group, self.balls[group].off(x)));
-            let nearest = nearest.min_by(|a, b| a.1.total_cmp(&b.1));
-            for i in nearest.map_or(0..0, |(group, _)| within(group)) {
-                known = known.min(self.off(x, i).0);
-            }
-        }
         let mut best = (f64::INFINITY, range.start, 0.0);
-        for group in groups {
-            if self.balls[group].off(x) > known {
-                continue;
-            }
+        let look_at = |group: usize, best: &mut (f64, usize, f64)| {
             for i in within(group) {
                 let (off, u) = self.off(x, i);
-                if off < best.0 {
-                    known = known.min(off);
-                    best = (off, i, u);
+                // Of several that are as near, the first.
+                if off < best.0 || off == best.0 && i < best.1 {
+                    *best = (off, i, u);
                 }
+            }
+        };
+        // The group that looks nearest says how near the others must be.
+        let all = groups
+            .clone()
+            .map(|group| (group, self.balls[group].power(x)));
+        let nearest = all
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|(group, _)| group);
+        if let Some(nearest) = nearest {
+            look_at(nearest, &mut best);
+        }
+        for group in groups.filter(|group| Some(*group) != nearest) {
+            if self.balls[group].may_be_within(x, best.0) {
+                look_at(group, &mut best);
             }
         }
         let (_, i, u) = best;
@@ -268,17 +288,39 @@ impl CentreLine {
         ((px * px + py * py + pz * pz).sqrt() - radius, u)
     }
 
+    /// Groups of pieces whose tubes may be so near (m) to a point.
+    fn groups_within(&self, x: &Vec3, distance: f64) -> impl Iterator<Item = usize> {
+        let mut next = 0;
+        std::iter::from_fn(move || {
+            while let Some(ball) = self.balls.get(next) {
+                let group = next;
+                let beyond = ball.off(x) - distance;
+                // Where a group is far, the following ones are as well.
+                let skipped = (beyond / self.spacing) as usize;
+                next = next.saturating_add(skipped.max(1));
+                if beyond <= 0.0 {
+                    return Some(group);
+                }
+            }
+            None
+        })
+    }
+
+    /// Whether a point may lie in its tube: if not, it does not.
+    pub fn may_surround(&self, x: &Vec3) -> bool {
+        self.groups_within(x, 0.0).next().is_some()
+    }
+
     /// From the first to the last sample that are nearer to a point than `reach` (m) and two radii.
     pub fn samples_near(&self, x: &Vec3, reach: f64) -> Option<[usize; 2]> {
         let is_near = |k: &usize| (self.points[*k] - x).norm() < reach + 2.0 * self.radii[*k];
-        let may_be = |ball: &Ball| ball.off(x) < reach + ball.radius;
         let last = self.points.len() - 1;
         let samples = |group: usize| group * GROUP..=((group + 1) * GROUP).min(last);
-        let groups = || (0..self.balls.len()).filter(|i| may_be(&self.balls[*i]));
-        let first = groups().find_map(|group| samples(group).find(is_near))?;
-        let last = groups()
-            .rev()
-            .find_map(|group| samples(group).rev().find(is_near));
+        // The tube around a sample is nearer than `reach` and one radius.
+        let groups: Vec<usize> = self.groups_within(x, reach + self.widest).collect();
+        let first = (groups.iter()).find_map(|group| samples(*group).find(is_near))?;
+        let mut backwards = groups.iter().rev();
+        let last = backwards.find_map(|group| samples(*group).rev().find(is_near));
         Some([first, last.unwrap_or(first)])
     }
 

@@ -130,7 +130,7 @@ fn the_nearest_place_of_a_line_is_found_by_groups() {
     let line = CentreLine::new(&points, &radii);
     let pieces = line.points.len() - 1;
     assert!(pieces > 1000);
-    let mut inside = 0;
+    let (mut inside, mut skipped) = (0, 0);
     for i in 0..200 {
         let t = f64::from(i);
         let x = Vec3::new(
@@ -146,10 +146,16 @@ fn the_nearest_place_of_a_line_is_found_by_groups() {
         let foot = line.foot(&x);
         assert!((foot.distance - foot.radius - least).abs() < 1e-12);
         inside += usize::from(least < 0.0);
+        assert!(least > 0.0 || line.may_surround(&x));
+        skipped += usize::from(!line.may_surround(&x));
         let is_near = |k: &usize| (line.points[*k] - x).norm() < 2.0 + 2.0 * line.radii[*k];
         let all = || 0..line.points.len();
         let expected = all().find(is_near).zip(all().rfind(is_near));
         assert_eq!(line.samples_near(&x, 2.0).map(|[a, b]| (a, b)), expected);
     }
     assert!((5..195).contains(&inside), "{inside}");
+    assert!(skipped > 20, "{skipped}");
+    // A line of one group has no others to skip.
+    let short = CentreLine::new(&[Vec3::zeros(), Vec3::x()], &[1.0; 2]);
+    assert!(short.may_surround(&Vec3::y()) && !short.may_surround(&(Vec3::y() * 9.0)));
 }

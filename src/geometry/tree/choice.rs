@@ -1,9 +1,8 @@
 //! A choice of lines that have a mesh together: what is left out so far, and what is known of the rest.
 
 use super::error::TreeError;
-use super::junction::{Parting, Slicer};
+use super::junction::Parting;
 use super::meeting::Meeting;
-use crate::curve::CentreLine;
 use std::collections::HashMap;
 
 /// A mesh whose worst cell has a smaller scaled Jacobian is not carried.
@@ -91,8 +90,6 @@ impl Choice {
     pub fn remember(
         &mut self,
         found: Result<Meeting, TreeError>,
-        slicer: &Slicer,
-        axis: &CentreLine,
         parting: &Parting,
     ) -> Result<Meeting, TreeError> {
         if self.meetings.len() > MEETINGS {
@@ -100,7 +97,7 @@ impl Choice {
         }
         let found = found.and_then(|meeting| {
             let quality = match &meeting {
-                Meeting::Fan(fan) => fan.quality(slicer, axis)?,
+                Meeting::Fan(fan) => fan.worst,
                 Meeting::Side(_) => FLAT,
             };
             match quality < FLAT {

@@ -145,7 +145,7 @@ impl<'a> Division<'a> {
         }
         let found = Meeting::new(&self.slicer, axis, parting, |line| self.path(fork, line));
         match &mut self.choice {
-            Some(choice) => choice.remember(found, &self.slicer, axis, parting),
+            Some(choice) => choice.remember(found, parting),
             None => found,
         }
     }

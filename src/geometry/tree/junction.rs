@@ -9,15 +9,19 @@
 use super::error::TreeError;
 use super::lumen::Lumen;
 use super::section::{CrossSection, SectionGrid, worst_between};
+use super::unfolding::Unfolding;
 use crate::Vec3;
 use crate::curve::CentreLine;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::sync::{Mutex, PoisonError};
 
 /// Distances of a junction's centre upstream of its apices that are tried, in radii of the parent.
 const BACK: [f64; 9] = [0.3, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2, 1.35, 1.5];
 /// ... and those that are tried too where one of the branches is a sac, whose neck may be wide.
 const BACK_OF_SAC: [f64; 4] = [1.7, 1.9, 2.2, 2.5];
+/// Where the best one mostly is.
+const MIDDLE: f64 = 0.95;
 /// Plane cross-sections end so far upstream of the centre, in radii of the parent ...
 const PARENT_CUT: f64 = 1.5;
 /// ... and begin so far downstream of the apices, in radii of the daughter.
@@ -58,6 +62,8 @@ pub struct Junction {
     /// Rims of the half-discs (m), from one end of the axis to the other: between parent and first daughter, daughter
     /// and daughter, last daughter and parent.
     rims: Vec<Vec<Vec3>>,
+    /// The smallest scaled Jacobian of the hexahedra around it.
+    pub worst: f64,
 }
 
 /// Lines that part: each with the arc length (m) up to which it lies in another's tube.
@@ -97,23 +103,34 @@ impl Junction {
         let apices: Vec<_> = ways.iter().map(apices).collect();
         let is_sac = parting.iter().any(|(line, _)| lumen.lines[*line].is_closed);
         let further = if is_sac { &BACK_OF_SAC[..] } else { &[] };
+        let known = Mutex::new(f64::NEG_INFINITY);
+        let best_known = || known.lock().unwrap_or_else(PoisonError::into_inner);
         let tried = |(apices, back): (&Result<Vec<Vec3>, TreeError>, &f64)| {
             let apices = apices.as_ref().map_err(Clone::clone)?;
-            let junction = Self::at(slicer, trunk, &order, &spread, apices, *back)?;
-            Ok((junction.quality(slicer, trunk)?, junction))
+            let mut junction = Self::at(slicer, trunk, &order, &spread, apices, *back)?;
+            junction.worst = junction.quality(slicer, trunk, || *best_known())?;
+            let mut known = best_known();
+            *known = known.max(junction.worst);
+            Ok(junction)
         };
-        let backs = || BACK.iter().chain(further);
-        let all: Vec<_> = (apices.iter())
-            .flat_map(|apices| backs().map(move |back| (apices, back)))
+        let mut all: Vec<(usize, _)> = (apices.iter())
+            .flat_map(|apices| BACK.iter().chain(further).map(move |back| (apices, back)))
+            .enumerate()
             .collect();
-        let all: Vec<Result<(f64, Self), TreeError>> = all.into_par_iter().map(tried).collect();
-        let best = all.into_iter().reduce(|best, tried| match (best, tried) {
-            (Ok(best), Ok(tried)) if best.0 >= tried.0 => Ok(best),
+        // Those in the middle are mostly good: the others are then soon known to be worse.
+        let off = |back: f64| (back - MIDDLE).abs();
+        all.sort_by(|(_, (_, a)), (_, (_, b))| off(**a).total_cmp(&off(**b)));
+        let all = all.into_par_iter();
+        let mut all: Vec<(usize, Result<Self, TreeError>)> =
+            all.map(|(number, way)| (number, tried(way))).collect();
+        all.sort_by_key(|(number, _)| *number);
+        let all = all.into_iter().map(|(_, tried)| tried);
+        let best = all.reduce(|best, tried| match (best, tried) {
+            (Ok(best), Ok(tried)) if best.worst >= tried.worst => Ok(best),
             (Ok(best), Err(_)) => Ok(best),
             (_, tried) => tried,
         });
-        let (_, junction) = best.expect("some are tried")?;
-        Ok(junction)
+        best.expect("some are tried")
     }
 
     /// That with its centre `back` radii upstream of the apices.
@@ -199,6 +216,7 @@ impl Junction {
             axis: *axis,
             daughters,
             rims,
+            worst: f64::INFINITY,
         })
     }
 
@@ -226,8 +244,14 @@ impl Junction {
         (line.at(s) - middle).normalize()
     }
 
-    /// The smallest scaled Jacobian of the hexahedra around it.
-    pub fn quality(&self, slicer: &Slicer, trunk: &CentreLine) -> Result<f64, TreeError> {
+    /// The smallest scaled Jacobian of the hexahedra around it; if that is less than `least`, the first such one.
+    fn quality(
+        &self,
+        slicer: &Slicer,
+        trunk: &CentreLine,
+        least: impl Fn() -> f64,
+    ) -> Result<f64, TreeError> {
+        let degree = slicer.grid.degree();
         let daughters = self.daughters.iter().enumerate();
         let daughters = daughters.map(|(i, end)| (Some(i), *end));
         let mut worst = f64::INFINITY;
@@ -241,13 +265,21 @@ impl Junction {
             let (upstream, radius) = (daughter.is_none(), foot.radius);
             let first = across(&self.axis, &tangent);
             let plane = slicer.plane_near(line, foot.s, [&tangent, &first], 0.0, upstream)?;
-            let folded = self.section(daughter);
-            let (mut all, _) = slicer.unfolding(folded, &plane, &tangent, radius, upstream)?;
-            all.push(plane);
-            if upstream {
-                all.reverse();
+            let mut last = self.section(daughter);
+            let unfolding = Unfolding::new(slicer, last.clone(), plane, &tangent, radius, upstream);
+            // Layer by layer of cells or elements: the first is mostly the worst.
+            for layer in 0..unfolding.intervals() / degree {
+                let mut sections = vec![last];
+                sections.extend(unfolding.sections(layer * degree + 1..=(layer + 1) * degree)?);
+                last = sections[degree].clone();
+                if upstream {
+                    sections.reverse();
+                }
+                worst = worst.min(worst_between(&slicer.grid, &sections));
+                if worst < least() {
+                    return Ok(worst);
+                }
             }
-            worst = worst.min(worst_between(&slicer.grid, &all));
         }
         Ok(worst)
     }
@@ -422,45 +454,6 @@ impl Slicer {
         Ok(CrossSection::new(centre, rim))
     }
 
-    /// Cross-sections from a folded one (included) towards a plane one (not included) of this radius (m), which lies
-    /// upstream or downstream of it across `tangent`; and the place of each on that way, from 0 to 1.
-    pub fn unfolding(
-        &self,
-        folded: CrossSection,
-        plane: &CrossSection,
-        tangent: &Vec3,
-        radius: f64,
-        upstream: bool,
-    ) -> Result<(Vec<CrossSection>, Vec<f64>), TreeError> {
-        let cells = (plane.centre - folded.centre).norm() / (self.along * radius);
-        let mut places = self
-            .grid
-            .divided(cells.max(2.0 / self.grid.degree() as f64));
-        let end = if upstream { -tangent } else { *tangent };
-        // Parabolas that end along the branch.
-        let on = |a: &Vec3, b: &Vec3, u: f64| {
-            let control = b - end * (0.5 * (b - a).norm());
-            a * (1.0 - u).powi(2) + control * (2.0 * u * (1.0 - u)) + b * (u * u)
-        };
-        places.pop();
-        let between = places[1..].par_iter().map(|&u| {
-            let centre = on(&folded.centre, &plane.centre, u);
-            let near = self.lumen.near(&centre);
-            let rim = folded.rim.iter().zip(&plane.rim).map(|(a, b)| {
-                let beside = on(a, b, u);
-                let wall = near.wall(&centre, &(beside - centre).normalize());
-                // In a sharp bend rays may look along the branch.
-                let wall = wall.or_else(|| near.nearest(&beside));
-                wall.ok_or(TreeError::Open(centre))
-            });
-            Ok(CrossSection::new(centre, rim.collect::<Result<_, _>>()?))
-        });
-        // Of several mistakes always the same one.
-        let between: Vec<Result<CrossSection, TreeError>> = between.collect();
-        let between: Vec<CrossSection> = between.into_iter().collect::<Result<_, _>>()?;
-        Ok(([folded].into_iter().chain(between).collect(), places))
-    }
-
     /// Places of a line from `begin` to `end` (m), those of the points of cells or elements.
     pub fn stations(&self, line: &CentreLine, begin: f64, end: f64) -> Vec<f64> {
         const SAMPLES: usize = 400;
@@ -523,7 +516,11 @@ fn apex_between(
         return met.map(|(_, x)| x).ok_or(TreeError::Apex(p.at(s)));
     }
     let is_inside = |u: f64| lumen.near(&p.at(s + u)).value(&at(u)) < 0.0;
-    let place = (0..STEPS).find(|i| is_inside(u(*i)) && !is_inside(u(i + 1)));
+    let mut is_next = is_inside(u(0));
+    let place = (0..STEPS).find(|i| {
+        let is_this = std::mem::replace(&mut is_next, is_inside(u(i + 1)));
+        is_this && !is_next
+    });
     let i = place.ok_or(TreeError::Apex(p.at(s)))?;
     let (mut low, mut high) = (u(i), u(i + 1));
     for _ in 0..50 {

@@ -4,6 +4,7 @@
 use crate::Vec3;
 use crate::curve::{CentreLine, Foot};
 use crate::polydata::{RayHit, SurfaceSearch};
+use std::cell::OnceCell;
 use std::sync::Arc;
 
 /// How far the tubes of two centre-lines blend where they part, in radii.
@@ -34,6 +35,10 @@ pub struct Near<'a> {
     lumen: &'a Lumen,
     ranges: Vec<(usize, std::ops::Range<usize>)>,
     reach: f64,
+    /// The place, m: most rays begin here.
+    middle: Vec3,
+    /// Its value.
+    at_middle: OnceCell<f64>,
 }
 
 impl Lumen {
@@ -54,16 +59,15 @@ impl Lumen {
 
     /// What lies within four of the largest radii there around a place.
     pub fn near(&self, x: &Vec3) -> Near<'_> {
-        let feet: Vec<Foot> = self.parts().map(|(_, line)| line.foot(x)).collect();
-        let inside = feet.iter().filter(|foot| foot.distance < foot.radius);
-        let mut widest = inside.map(|foot| foot.radius).fold(0.0, f64::max);
-        if widest == 0.0 && self.surface.is_some() {
+        let around = self.parts().filter(|(_, line)| line.may_surround(x));
+        let feet = around.map(|(_, line)| line.foot(x));
+        let inside = feet.filter(|foot| foot.distance < foot.radius);
+        let widest = inside.map(|foot| foot.radius).fold(0.0, f64::max);
+        match &self.surface {
             // A surface may be wider than the tubes within it.
-            let off = |foot: &&Foot| foot.distance - foot.radius;
-            let nearest = feet.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
-            widest = nearest.map_or(0.0, |foot| foot.radius);
+            Some(_) if widest == 0.0 => self.near_wall(x),
+            _ => self.within(x, REACH * widest),
         }
-        self.within(x, REACH * widest)
     }
 
     /// What lies within four radii of the nearest tube around a place of the wall.
@@ -94,6 +98,8 @@ impl Lumen {
             ranges,
             lumen: self,
             reach,
+            middle: *x,
+            at_middle: OnceCell::new(),
         }
     }
 }
@@ -171,17 +177,20 @@ impl Near<'_> {
         }
         // Outward from a place inside, inward from one outside, about as far as the value says.
         let sense = -own.signum();
-        let mut inner = 0.0;
+        let mut inner: (f64, f64) = (0.0, own);
         let mut step = own.abs();
         loop {
-            let outer = (inner + step).min(farthest);
-            if at(sense * outer) * own <= 0.0 {
-                let ends = [sense * inner, sense * outer];
-                let low = ends[usize::from(own > 0.0)];
-                let high = ends[usize::from(own < 0.0)];
+            let t = sense * (inner.0.abs() + step).min(farthest);
+            let outer = (t, at(t));
+            if outer.1 * own <= 0.0 {
+                let [low, high] = if own > 0.0 {
+                    [outer, inner]
+                } else {
+                    [inner, outer]
+                };
                 return Some(x + across * self.zero(at, [low, high]));
             }
-            if outer >= farthest {
+            if t.abs() >= farthest {
                 return None;
             }
             (inner, step) = (outer, 2.0 * step);
@@ -205,30 +214,33 @@ impl Near<'_> {
     fn tubes(&self, from: &Vec3, direction: &Vec3) -> Option<f64> {
         let step = self.reach / RAY_STEPS as f64;
         let at = |t: f64| self.value(&(from + direction * t));
-        let (mut low, mut high) = (0.0, None);
+        let (mut low, mut high) = ((0.0, 0.0), None);
         let mut t = 0.0;
         for _ in 0..4 * RAY_STEPS {
-            let value = at(t);
+            let value = match t == 0.0 && *from == self.middle {
+                true => *self.at_middle.get_or_init(|| at(t)),
+                false => at(t),
+            };
             if value >= 0.0 {
-                high = Some(t);
+                high = Some((t, value));
                 break;
             }
-            low = t;
+            low = (t, value);
             // The surface is about as far as the value says.
             t += (-0.9 * value).max(0.02 * step);
             if t > self.reach {
                 break;
             }
         }
-        let high = high.filter(|high| *high > 0.0)?;
+        let high = high.filter(|(t, _)| *t > 0.0)?;
         Some(self.zero(at, [low, high]))
     }
 
     /// Where a function, about a distance (m), is zero between a place below and one above: the secant's place, that of
-    /// an end that stays with half of its value (Illinois).
-    fn zero(&self, at: impl Fn(f64) -> f64, [mut low, mut high]: [f64; 2]) -> f64 {
+    /// an end that stays with half of its value (Illinois). The ends are given with their values.
+    fn zero(&self, at: impl Fn(f64) -> f64, ends: [(f64, f64); 2]) -> f64 {
         let exact = EXACT * self.reach;
-        let (mut below, mut above) = (at(low), at(high));
+        let [(mut low, mut below), (mut high, mut above)] = ends;
         let mut stays = 0i8;
         for _ in 0..60 {
             let t = low + (high - low) * (below / (below - above)).clamp(0.0, 1.0);

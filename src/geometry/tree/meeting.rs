@@ -52,7 +52,7 @@ impl Meeting {
         // In the cells or elements that are asked for.
         let fan = || {
             let fan = Junction::new(slicer, trunk, parting)?;
-            match fan.quality(slicer, trunk)? > 0.0 {
+            match fan.worst > 0.0 {
                 true => Ok(Self::Fan(fan)),
                 false => Err(TreeError::InsideOut(middle)),
             }
@@ -65,9 +65,7 @@ impl Meeting {
             true => None,
             false => {
                 let quality = |slicer: Slicer| {
-                    let fan = Junction::new(&slicer, trunk, parting);
-                    let quality = fan.and_then(|fan| fan.quality(&slicer, trunk));
-                    quality.unwrap_or(-1.0)
+                    Junction::new(&slicer, trunk, parting).map_or(-1.0, |fan| fan.worst)
                 };
                 let all = usual(lumen).map(quality);
                 Some(all[0].min(all[1]))

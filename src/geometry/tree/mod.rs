@@ -19,6 +19,7 @@ mod side;
 mod stack;
 #[cfg(test)]
 mod tests;
+mod unfolding;
 
 pub use blocks::{Block, Displaced, NONE, Numbers, Outside, Positions};
 pub use branch::{Middle, Stack};

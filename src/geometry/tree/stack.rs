@@ -8,6 +8,7 @@ use super::junction::{LEAST_LENGTH, OVERLAP, across};
 use super::meeting::Meeting;
 use super::section::CrossSection;
 use super::side::{Hole, plug};
+use super::unfolding::Unfolding;
 use crate::Vec3;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -215,8 +216,9 @@ impl Tree {
             }
             Some((Meeting::Fan(fan), daughter)) => fan.section(Some(daughter)),
         };
-        let plane = &stack.sections[0];
-        let (between, places) = (self.slicer).unfolding(folded, plane, tangent, radius, false)?;
+        let plane = stack.sections[0].clone();
+        let unfolding = Unfolding::new(&self.slicer, folded, plane, tangent, radius, false);
+        let (between, places) = unfolding.all_folded()?;
         let is_plug = stack.plugs.is_some();
         let held = places.iter().map(|u| Middle {
             axis: 0,
@@ -246,9 +248,9 @@ impl Tree {
             Meeting::Fan(fan) => {
                 let mut folded = fan.section(None);
                 folded.rim.rotate_right(axis);
-                let plane = &stack.sections[stack.sections.len() - 1];
-                let (between, places) =
-                    (self.slicer).unfolding(folded, plane, tangent, radius, true)?;
+                let plane = stack.sections[stack.sections.len() - 1].clone();
+                let unfolding = Unfolding::new(&self.slicer, folded, plane, tangent, radius, true);
+                let (between, places) = unfolding.all_folded()?;
                 stack.sections.extend(between.into_iter().rev());
                 let held = places.iter().rev().map(|u| Middle {
                     axis,
