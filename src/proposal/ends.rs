@@ -90,7 +90,12 @@ impl Ends {
             all().sum::<f64>() / all().count() as f64,
         ];
         files::check_unit(unit, length, radii[0], true)?;
-        let shares = shares(&radii[1..], &input.split, input.murray)?;
+        let mut outlets = format!("for {} in this order", names[1..].join(", "));
+        if !input.closed.is_empty() {
+            // Those that lie in a sac were closed without being asked for
+            outlets += &format!(" (no openings: {})", input.closed.join(", "));
+        }
+        let shares = shares(&radii[1..], &input.split, input.murray, &outlets)?;
         // No flow leaves through a sac.
         let share = |name: &String| {
             let outlet = names[1..].iter().position(|other| other == name);
@@ -184,15 +189,21 @@ pub fn tree_shares(
     given: &[f64],
     exponent: Option<f64>,
 ) -> Result<Vec<f64>, ProposalError> {
-    shares(&end_radii(tree), given, exponent)
+    let outlets = "one for each outlet in the order of the file";
+    shares(&end_radii(tree), given, exponent, outlets)
 }
 
-/// Shares of the flow of outlets with these radii (m): those that are given, or by the radius to the power of an
-/// exponent.
+/// Shares of the flow of `outlets`, as a refusal calls them, with these radii (m): those that are given, or by the radius
+/// to the power of an exponent.
 ///
 /// # Errors
 /// If they do not fit.
-fn shares(radii: &[f64], given: &[f64], exponent: Option<f64>) -> Result<Vec<f64>, ProposalError> {
+fn shares(
+    radii: &[f64],
+    given: &[f64],
+    exponent: Option<f64>,
+    outlets: &str,
+) -> Result<Vec<f64>, ProposalError> {
     if given.is_empty() {
         let exponent = exponent.unwrap_or(MURRAY);
         if !(0.0..=6.0).contains(&exponent) {
@@ -209,7 +220,7 @@ fn shares(radii: &[f64], given: &[f64], exponent: Option<f64>) -> Result<Vec<f64
     }
     if given.len() != radii.len() {
         return Err(ProposalError::Input(format!(
-            "--split: expected {} shares, one for each outlet in the order of the file, found {}",
+            "--split: expected {} shares, {outlets}, found {}",
             radii.len(),
             given.len()
         )));

@@ -116,6 +116,13 @@ fn a_sac_at_the_end_of_a_vessel_that_divides() {
     );
     let case = is_filled(folder.path(), 0.3);
     assert_eq!(case.tree().unwrap().closed, ["outlet3"]);
+    // Its share of the flow is refused with its name
+    let options = "new other --from lines.swc --lumen tree.stl --unit mm --split 0.4,0.4,0.2";
+    let refused = driver(folder.path(), &options.split(' ').collect::<Vec<_>>());
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    let reason = "--split: expected 2 shares, for outlet1, outlet2 in this order (no openings: outlet3), found 3";
+    assert!(said.contains(reason), "{said}");
 }
 
 /// A daughter leaves from the sac: the sac is no branch but a bulge of that one's wall.
