@@ -1,6 +1,7 @@
 //! The structure as a black box: load on the wet surface in, displacement of the wet surface out.
 
 use crate::Vec3;
+use crate::solution::unloaded::NotFound;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -126,6 +127,9 @@ pub enum SolidError {
     /// Newton's method found no equilibrium.
     #[error("the structure found no equilibrium: {0}")]
     NoEquilibrium(String),
+    /// No unloaded shape was found of a body whose loaded one is given.
+    #[error("{0}")]
+    NoUnloadedShape(Box<NotFound>),
     /// An element is, or became, inside out.
     #[error(
         "element {element} of the wall is inside out at {position:?} m (Jacobian {jacobian:.3e})"

@@ -611,3 +611,57 @@ fn a_wall_that_would_be_inside_out_is_not_written() {
     let left = std::fs::read_dir(here).unwrap().count();
     assert_eq!(left, 1, "only the file of the lines");
 }
+
+/// Names that are given to `new` are those of the case, in the order of the file; the refusal of others says what was
+/// found and what is possible.
+#[test]
+fn names_of_ends_are_those_of_the_case() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    std::fs::write(here.join("t.swc"), swc(&[-40.0, 40.0])).unwrap();
+    let new = |name: &str, more: &str| {
+        let begin = ["new", name, "--from", "t.swc", "--unit", "mm"];
+        let all: Vec<&str> = begin.into_iter().chain(more.split(' ')).collect();
+        driver(here, &all)
+    };
+    let made = new("c", "--names root,upper-end,lower_2");
+    let said = String::from_utf8_lossy(&made.stdout);
+    assert!(
+        made.status.success(),
+        "{}",
+        String::from_utf8_lossy(&made.stderr)
+    );
+    assert!(said.contains("upper-end 50.0 %, lower_2 50.0 %"), "{said}");
+    let case = Case::load(&here.join("c"), Preset::Demo, &[]).unwrap_or_else(|e| panic!("{e}"));
+    let tree = case.tree().unwrap();
+    assert_eq!(tree.names(), ["root", "upper-end", "lower_2"]);
+    let of_openings = tree.opening.iter().flatten();
+    let of_openings: Vec<_> = of_openings.map(|keys| keys.name.as_str()).collect();
+    assert_eq!(of_openings, ["root", "upper-end", "lower_2"]);
+    for (wrong, reason) in [
+        (
+            "--names root,upper",
+            "--names: expected 3, that of the inlet and then those of the 2 ends in the order of the file, found 2",
+        ),
+        ("--names a,b,c,d", "found 4"),
+        ("--names a,b,a", "two openings are called \"a\""),
+        (
+            "--names a,b,wallFsi",
+            "--names: \"wallFsi\" cannot be the name of an opening: expected letters, digits, _, - and .",
+        ),
+        (
+            "--names a,b,c --leave-out upper",
+            "--leave-out upper: no line ends there; they end at b, c",
+        ),
+        (
+            "--closed outlet3",
+            "--closed outlet3: no line ends there; they end at outlet1, outlet2",
+        ),
+    ] {
+        let refused = new("other", wrong);
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert_eq!(refused.status.code(), Some(2), "{wrong}: {said}");
+        assert!(said.contains(reason), "{wrong}: {said}\nexpected {reason}");
+        assert!(!here.join("other").exists());
+    }
+}

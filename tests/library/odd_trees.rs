@@ -1,5 +1,6 @@
 //! Lines of trees as others write them: what is understood, and the sentence where they make no mesh.
 
+use crate::new_case::succeeds;
 use crate::trees::{TREE, load, swc};
 use fsi_driver::case::{Case, CaseErrors};
 use fsi_driver::geometry::tree::Tree;
@@ -363,4 +364,42 @@ fn several_daughters_leave_at_one_place() {
         println!("{} daughters: {worst}", angles.len());
         assert!((least..0.7).contains(&worst), "{worst}");
     }
+}
+
+/// `check` says where a tree's mesh is not the usual one: branches that share a junction, averages of the wall's
+/// normals, a wall that follows the lumen at the corners of the cells alone.
+#[test]
+fn check_notes_what_is_unusual_of_a_tree() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path();
+    let notes = |text: &str, lines: &str| {
+        load(here, text, lines).unwrap_or_else(|e| panic!("{e}"));
+        let said = succeeds(here, &["check", ".", "--fluid", "native"]);
+        let notes = said.lines().filter(|line| line.starts_with("tree "));
+        notes.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let thick = |share: &str| {
+        let text = TREE.replace("thicknesses = [0.2]", &format!("thicknesses = [{share}]"));
+        notes(&text, &swc(&[-30.0, 30.0]))
+    };
+    assert_eq!(thick("0.2"), [""; 0]);
+    let averaged = "tree    the normals of its wall are averaged 16 times";
+    let corners = "tree    its wall lies on the lumen at the corners of the cells alone";
+    let begin_with = |notes: &[String], expected: &[&str]| {
+        let pairs = notes.iter().zip(expected);
+        let all = pairs.clone().all(|(note, begin)| note.starts_with(begin));
+        assert!(all && notes.len() == expected.len(), "{notes:?}");
+    };
+    begin_with(&thick("0.9"), &[averaged]);
+    begin_with(&thick("1.0"), &[averaged, corners]);
+
+    let middle = "[[tree.opening]]\nname = \"middle\"\ncondition = \"resistance\"\nresistance_Pa_s_m3 = 1e9\n[wall.extrude]";
+    let three = TREE
+        .replace("\"left\", \"right\"", "\"left\", \"middle\", \"right\"")
+        .replace("core = 2", "core = 4")
+        .replace("[0.2]", "[0.1]")
+        .replace("[wall.extrude]", middle);
+    let shared = "tree    3 branches, on the way to \"right\", \"middle\", \"left\", part within 1.5 radii: they leave at one \
+                  junction, at (";
+    begin_with(&notes(&three, &swc(&[-50.0, 0.0, 50.0])), &[shared]);
 }

@@ -26,6 +26,11 @@
 //! with `K` at `u` as preconditioner, which has the stiffness of the volume in common with `J`. A step that makes `|K⁻¹
 //! r|` no smaller is shortened (Deuflhard's natural monotonicity test: the norm of `r` itself always rises first, since
 //! linear steps violate incompressibility by terms of second order).
+//!
+//! Where no unloaded shape exists, or steps are too long, `J` becomes singular and Newton's method wanders: GMRES
+//! leaves one linear system after the other unsolved, and the residual does not fall. Such an attempt ends at once,
+//! since a shorter step costs less than the iterations that are left. In short steps the method may wander: some of
+//! them converge after all.
 
 use super::super::SolidError;
 use super::super::discretization::Discretization;
@@ -34,11 +39,14 @@ use super::super::linear_algebra::gmres;
 use super::anderson::Anderson;
 use super::listener;
 use nalgebra::DVector;
+use std::cell::Cell;
 
 /// Steps of the load to begin with.
 const STEPS: f64 = 4.0;
 /// The shortest step.
 const SHORTEST: f64 = 1.0 / 256.0;
+/// Steps of this length or less are short: Newton's method may wander in them.
+const SHORT: f64 = 1.0 / 64.0;
 /// Relative residual at the end of all steps but the last.
 const ON_THE_WAY: f64 = 1e-4;
 /// The same of the last.
@@ -50,6 +58,10 @@ const MOST_NEWTON_ITERATIONS: usize = 20;
 const LINEAR: f64 = 1e-2;
 /// Most applications of `J` for one of them.
 const MOST_APPLICATIONS: usize = 60;
+/// Newton's method wanders if that many do not solve so many linear systems in a row ...
+const UNSOLVED: usize = 2;
+/// ... and the residual has not fallen to this share of the first one.
+const FALLEN: f64 = 0.5;
 /// Strain by which residuals are apart from which `J` is a difference: the terms of second order times the bulk modulus
 /// are then as small as rounding, both about 1e-4 of the difference.
 const APART: f64 = 1e-8;
@@ -69,11 +81,40 @@ pub struct Found {
     pub newton_from: Option<f64>,
 }
 
+/// Why no unloaded shape was found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "no unloaded shape was found from which more than {:.1} % of the load lead to the given one ({last}{}). Is the pressure right, \
+     and the wall as thick and as stiff as that of a vessel which carries it? Elements that are short where the ends are clamped, \
+     and tissue (stiffer springs on the outside) or prestretch, make it easier to find",
+    100.0 * .reached,
+    nearby(*.place)
+)]
+pub struct NotFound {
+    /// Share of the load for which a shape was found.
+    pub reached: f64,
+    /// Steps of the load that were tried, with those that led on.
+    pub attempts: usize,
+    /// Residuals that were evaluated.
+    pub residuals: usize,
+    /// Middle of the last element that was inside out, in the given shape, m.
+    pub place: Option<[f64; 3]>,
+    /// What ended the last attempt.
+    pub last: String,
+}
+
+/// Where the wall fails, in a message.
+fn nearby(place: Option<[f64; 3]>) -> String {
+    place.map_or(String::new(), |[x, y, z]| {
+        format!("; elements were inside out near ({x:.4}, {y:.4}, {z:.4}) m")
+    })
+}
+
 /// The displacement that leads to the shape of `body` and is in equilibrium with the forces `external` (N) there. Held
 /// coefficients have their values in `moved`, whose others are a guess; they are zero without.
 ///
 /// # Errors
-/// If the iteration does not converge.
+/// [`NotFound`] if the iteration does not converge.
 pub fn find(
     body: &Discretization,
     external: &[f64],
@@ -87,6 +128,7 @@ pub fn find(
         newton_from: None,
     };
     let floor = body.round_off()?;
+    let (mut attempts, effort) = (0, Effort::default());
     let (mut reached, mut increment) = (0.0, 1.0 / STEPS);
     // The step before, by whose direction the next one is begun.
     let mut slope: Option<Vec<f64>> = moved.map(<[f64]>::to_vec);
@@ -100,15 +142,19 @@ pub fn find(
             floor,
             has_reactions: moved.is_some() || body.is_prestretched(),
             tolerance: if factor < 1.0 { ON_THE_WAY } else { TOLERANCE },
+            may_wander: increment <= SHORT,
+            effort: &effort,
         };
-        let mut result = Err(SolidError::NoEquilibrium(String::new()));
-        if found.newton_from.is_none() {
-            result = goal.accelerated(&found.displacement, begin(slope.as_deref()));
-        }
-        if result.is_err() {
-            result = goal.newton(&found.displacement, begin(moved));
-            found.newton_from = found.newton_from.or(Some(reached));
-        }
+        attempts += 1;
+        let by_fixed_point = (found.newton_from.is_none())
+            .then(|| goal.accelerated(&found.displacement, begin(slope.as_deref())));
+        let result = match by_fixed_point {
+            Some(Ok(converged)) => Ok(converged),
+            _ => {
+                found.newton_from.get_or_insert(reached);
+                goal.newton(&found.displacement, begin(moved))
+            }
+        };
         match result {
             Ok((displacement, iterations)) => {
                 let change = displacement.iter().zip(&found.displacement);
@@ -121,14 +167,7 @@ pub fn find(
                 listener::tell("unloading the wall", reached);
             }
             Err(_) if increment > SHORTEST => increment *= 0.5,
-            Err(error) => {
-                return Err(SolidError::NoEquilibrium(format!(
-                    "no unloaded shape was found from which more than {:.1} % of the load lead to the given one ({error}). Is the \
-                     pressure right, and the wall as thick and as stiff as that of a vessel which carries it? Elements that are short where \
-                     the ends are clamped, and tissue (stiffer springs on the outside) or prestretch, make it easier to find",
-                    100.0 * reached
-                )));
-            }
+            Err(error) => return Err(effort.not_found(body, (reached, attempts), &error)),
         }
     }
     Ok(found)
@@ -154,6 +193,32 @@ fn begun(
     start
 }
 
+/// What the attempts have cost, and where they failed.
+#[derive(Default)]
+struct Effort {
+    residuals: Cell<usize>,
+    /// The last element that was inside out.
+    inside_out: Cell<Option<usize>>,
+}
+
+impl Effort {
+    fn not_found(
+        &self,
+        body: &Discretization,
+        (reached, attempts): (f64, usize),
+        last: &SolidError,
+    ) -> SolidError {
+        let middle = |element| body.mapping.at(element, [0.0; 3]).position.into();
+        SolidError::NoUnloadedShape(Box::new(NotFound {
+            reached,
+            attempts,
+            residuals: self.residuals.get(),
+            place: self.inside_out.get().map(middle),
+            last: last.to_string(),
+        }))
+    }
+}
+
 /// Equilibrium in the given shape with a share of the load.
 struct Goal<'a> {
     body: &'a Discretization,
@@ -164,15 +229,15 @@ struct Goal<'a> {
     /// too.
     has_reactions: bool,
     tolerance: f64,
+    /// Whether Newton's method goes on where it wanders.
+    may_wander: bool,
+    effort: &'a Effort,
 }
 
 impl Goal<'_> {
     /// The residual of the equations, N, and its norm relative to the forces.
     fn residual(&self, displacement: &[f64]) -> Result<(DVector<f64>, f64), SolidError> {
-        let all = self
-            .body
-            .unloaded_with(displacement, self.factor)?
-            .internal_forces(displacement)?;
+        let all = self.internal_forces(displacement)?;
         let [internal, external] = [&all[..], self.external].map(|f| self.body.restrict(f));
         let pairs = internal.iter().zip(&external);
         let residual: Vec<f64> = pairs.map(|(i, e)| i - self.factor * e).collect();
@@ -193,6 +258,18 @@ impl Goal<'_> {
         Ok((DVector::from_vec(residual), relative))
     }
 
+    /// The internal forces in the shape that a displacement comes from.
+    fn internal_forces(&self, displacement: &[f64]) -> Result<Vec<f64>, SolidError> {
+        let effort = self.effort;
+        effort.residuals.set(effort.residuals.get() + 1);
+        let unloaded = self.body.unloaded_with(displacement, self.factor);
+        let all = unloaded.and_then(|unloaded| unloaded.internal_forces(displacement));
+        if let Err(SolidError::Inverted { element, .. }) = all {
+            effort.inside_out.set(Some(element));
+        }
+        all
+    }
+
     /// The tangent of the internal forces in the unloaded shape that a displacement comes from.
     fn tangent(&self, displacement: &[f64]) -> Result<Factorization, SolidError> {
         let unloaded = self.body.unloaded_with(displacement, self.factor)?;
@@ -202,13 +279,13 @@ impl Goal<'_> {
     }
 
     /// The step of Newton's method from a residual `K⁻¹ r` of the preconditioned equations, linearized at a
-    /// displacement.
+    /// displacement; and whether the linear system is solved.
     fn newton_step(
         &self,
         at: &[f64],
         preconditioner: &Factorization,
         preconditioned: &DVector<f64>,
-    ) -> Result<DVector<f64>, SolidError> {
+    ) -> Result<(DVector<f64>, bool), SolidError> {
         let (here, _) = self.residual(at)?;
         let size = self.body.element_size();
         let apply = |direction: &DVector<f64>| {
@@ -218,8 +295,9 @@ impl Goal<'_> {
             preconditioner.solve(image.as_mut_slice())?;
             Ok(image)
         };
-        let (step, _) = gmres::solve(&-preconditioned, LINEAR, MOST_APPLICATIONS, apply)?;
-        Ok(step)
+        let (step, applications) =
+            gmres::solve(&-preconditioned, LINEAR, MOST_APPLICATIONS, apply)?;
+        Ok((step, applications < MOST_APPLICATIONS))
     }
 
     /// The displacement, and the iterations that it took, from `start` with the tangent of `before`.
@@ -251,40 +329,59 @@ impl Goal<'_> {
         let mut displacement = start;
         let (mut residual, mut relative) = self.residual(&displacement)?;
         let mut history = vec![relative];
+        let mut unsolved = 0;
         for iteration in 0..MOST_NEWTON_ITERATIONS {
             if relative <= self.tolerance {
                 return Ok((displacement, iteration));
+            }
+            let wanders = unsolved >= UNSOLVED && relative > FALLEN * history[0];
+            if wanders && !self.may_wander {
+                return Err(SolidError::NoEquilibrium(self.diagnosis(&history)));
             }
             let at = match iteration {
                 0 => before.to_vec(),
                 _ => displacement.clone(),
             };
             let preconditioner = self.tangent(&at)?;
-            let preconditioned = |mut residual: DVector<f64>| {
-                preconditioner.solve(residual.as_mut_slice())?;
-                Ok::<_, SolidError>(residual)
+            let now = preconditioned(&preconditioner, residual)?;
+            let (step, is_solved) = self.newton_step(&at, &preconditioner, &now)?;
+            unsolved = if is_solved { 0 } else { unsolved + 1 };
+            // The first step leads from one load to another.
+            let most = |share: f64| match iteration {
+                0 => f64::INFINITY,
+                _ => (1.0 - 0.25 * share) * now.norm(),
             };
-            let now = preconditioned(residual)?;
-            let step = self.newton_step(&at, &preconditioner, &now)?;
-            let mut share = 1.0;
-            loop {
-                let moved = self.body.moved(&displacement, step.as_slice(), share);
-                if let Ok((new, new_relative)) = self.residual(&moved) {
-                    let next = preconditioned(new.clone())?;
-                    // The first step leads from one load to another.
-                    if iteration == 0 || next.norm() <= (1.0 - 0.25 * share) * now.norm() {
-                        (displacement, residual, relative) = (moved, new, new_relative);
-                        break;
-                    }
-                }
-                share *= 0.5;
-                if share < SHORTEST_SHARE {
-                    return Err(SolidError::NoEquilibrium(self.diagnosis(&history)));
-                }
-            }
+            let shortened = self.shortened(&displacement, &step, &preconditioner, most);
+            let Some(next) = shortened? else {
+                return Err(SolidError::NoEquilibrium(self.diagnosis(&history)));
+            };
+            (displacement, residual, relative) = next;
             history.push(relative);
         }
         Err(SolidError::NoEquilibrium(self.diagnosis(&history)))
+    }
+
+    /// The displacement after the largest share of a step that leaves at most as much of the preconditioned residual as
+    /// `most` says, its residual and the norm of that; none if there is no such share.
+    fn shortened(
+        &self,
+        displacement: &[f64],
+        step: &DVector<f64>,
+        preconditioner: &Factorization,
+        most: impl Fn(f64) -> f64,
+    ) -> Result<Option<(Vec<f64>, DVector<f64>, f64)>, SolidError> {
+        let mut share = 1.0;
+        while share >= SHORTEST_SHARE {
+            let moved = self.body.moved(displacement, step.as_slice(), share);
+            if let Ok((residual, relative)) = self.residual(&moved) {
+                let next = preconditioned(preconditioner, residual.clone())?;
+                if next.norm() <= most(share) {
+                    return Ok(Some((moved, residual, relative)));
+                }
+            }
+            share *= 0.5;
+        }
+        Ok(None)
     }
 
     fn diagnosis(&self, history: &[f64]) -> String {
@@ -296,4 +393,13 @@ impl Goal<'_> {
             self.tolerance
         )
     }
+}
+
+/// `K⁻¹ r` of a residual.
+fn preconditioned(
+    preconditioner: &Factorization,
+    mut residual: DVector<f64>,
+) -> Result<DVector<f64>, SolidError> {
+    preconditioner.solve(residual.as_mut_slice())?;
+    Ok(residual)
 }

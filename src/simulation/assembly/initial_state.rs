@@ -299,7 +299,9 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
         moved,
         found,
     } = unloaded_wall(case, domain).map_err(|error| match error {
-        SolidError::NoEquilibrium(_) if initial.shape == GivenShape::Loaded => {
+        SolidError::NoUnloadedShape(_) | SolidError::NoEquilibrium(_)
+            if initial.shape == GivenShape::Loaded =>
+        {
             let key = Some(initial.key_of_shape.into());
             NoInitialState { key, error }
         }
