@@ -1,7 +1,6 @@
 //! The structure as a black box: load on the wet surface in, displacement of the wet surface out.
 
 use crate::Vec3;
-use crate::solution::unloaded::NotFound;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 
@@ -129,7 +128,7 @@ pub enum SolidError {
     NoEquilibrium(String),
     /// No unloaded shape was found of a body whose loaded one is given.
     #[error("{0}")]
-    NoUnloadedShape(Box<NotFound>),
+    NoUnloadedShape(Box<NoUnloadedShape>),
     /// An element is, or became, inside out.
     #[error(
         "element {element} of the wall is inside out at {position:?} m (Jacobian {jacobian:.3e})"
@@ -145,4 +144,33 @@ pub enum SolidError {
     /// The model is not well posed.
     #[error("{0}")]
     Model(String),
+}
+
+/// Why no unloaded shape was found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error(
+    "no unloaded shape was found from which more than {:.1} % of the load lead to the given one ({last}{}). Is the pressure right, \
+     and the wall as thick and as stiff as that of a vessel which carries it? Elements that are short where the ends are clamped, \
+     and tissue (stiffer springs on the outside) or prestretch, make it easier to find",
+    100.0 * .reached,
+    nearby(*.place)
+)]
+pub struct NoUnloadedShape {
+    /// Share of the load for which a shape was found.
+    pub reached: f64,
+    /// Steps of the load that were tried, with those that led on.
+    pub attempts: usize,
+    /// Residuals that were evaluated.
+    pub residuals: usize,
+    /// Middle of the last element that was inside out, in the given shape, m.
+    pub place: Option<[f64; 3]>,
+    /// What ended the last attempt.
+    pub last: String,
+}
+
+/// Where the wall fails, in a message.
+fn nearby(place: Option<[f64; 3]>) -> String {
+    place.map_or(String::new(), |[x, y, z]| {
+        format!("; elements were inside out near ({x:.4}, {y:.4}, {z:.4}) m")
+    })
 }

@@ -4,8 +4,9 @@ use super::Tree;
 use super::branch::Branch;
 use super::choice::{Choice, Obstacle};
 use super::error::TreeError;
-use super::junction::{Parting, Slicer};
+use super::junction::Parting;
 use super::meeting::Meeting;
+use super::slicer::Slicer;
 use crate::curve::{CentreLine, Fork, Partings};
 
 /// What has been taken apart.

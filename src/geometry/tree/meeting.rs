@@ -6,10 +6,11 @@
 use super::Tree;
 use super::branch::Branch;
 use super::error::{Parted, TreeError};
-use super::junction::{BranchEnd, Junction, Parting, Slicer};
+use super::junction::{BranchEnd, Junction, Parting};
 use super::lumen::Lumen;
 use super::section::SectionGrid;
 use super::side::{self, Side};
+use super::slicer::Slicer;
 use crate::Vec3;
 use crate::curve::CentreLine;
 use std::sync::Arc;

@@ -16,6 +16,7 @@ mod lumen;
 mod meeting;
 mod section;
 mod side;
+mod slicer;
 mod stack;
 #[cfg(test)]
 mod tests;
@@ -37,8 +38,8 @@ use crate::Vec3;
 use crate::curve::{Partings, SpaceCurve};
 use branch::Branch;
 use divide::Division;
-use junction::Slicer;
 use meeting::Meeting;
+use slicer::Slicer;
 use std::collections::BTreeSet;
 
 /// A line that bends with less than this many radii is to blame for cells that are inside out.

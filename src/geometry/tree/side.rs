@@ -6,8 +6,9 @@
 //! patch have five faces around them, and everything else is as in a tube.
 
 use super::error::TreeError;
-use super::junction::{BranchEnd, Slicer, across};
+use super::junction::BranchEnd;
 use super::section::{CrossSection, SectionGrid};
+use super::slicer::{Slicer, across};
 use crate::Vec3;
 use crate::curve::CentreLine;
 use std::f64::consts::{FRAC_PI_4, PI};

@@ -4,10 +4,11 @@
 use super::Tree;
 use super::branch::{Branch, Middle, Stack};
 use super::error::TreeError;
-use super::junction::{LEAST_LENGTH, OVERLAP, across};
+use super::junction::LEAST_LENGTH;
 use super::meeting::Meeting;
 use super::section::CrossSection;
 use super::side::{Hole, plug};
+use super::slicer::{OVERLAP, across};
 use super::unfolding::Unfolding;
 use crate::Vec3;
 use rayon::prelude::*;

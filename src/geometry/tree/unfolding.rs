@@ -1,8 +1,8 @@
 //! What lies between the folded cross-section of a junction and the first plane one of a branch.
 
 use super::error::TreeError;
-use super::junction::Slicer;
 use super::section::CrossSection;
+use super::slicer::Slicer;
 use crate::Vec3;
 use rayon::prelude::*;
 use std::ops::RangeInclusive;

@@ -32,10 +32,10 @@
 //! since a shorter step costs less than the iterations that are left. In short steps the method may wander: some of
 //! them converge after all.
 
-use super::super::SolidError;
 use super::super::discretization::Discretization;
 use super::super::linear_algebra::factor::Factorization;
 use super::super::linear_algebra::gmres;
+use super::super::solid::{NoUnloadedShape, SolidError};
 use super::anderson::Anderson;
 use super::listener;
 use nalgebra::DVector;
@@ -81,40 +81,11 @@ pub struct Found {
     pub newton_from: Option<f64>,
 }
 
-/// Why no unloaded shape was found.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error(
-    "no unloaded shape was found from which more than {:.1} % of the load lead to the given one ({last}{}). Is the pressure right, \
-     and the wall as thick and as stiff as that of a vessel which carries it? Elements that are short where the ends are clamped, \
-     and tissue (stiffer springs on the outside) or prestretch, make it easier to find",
-    100.0 * .reached,
-    nearby(*.place)
-)]
-pub struct NotFound {
-    /// Share of the load for which a shape was found.
-    pub reached: f64,
-    /// Steps of the load that were tried, with those that led on.
-    pub attempts: usize,
-    /// Residuals that were evaluated.
-    pub residuals: usize,
-    /// Middle of the last element that was inside out, in the given shape, m.
-    pub place: Option<[f64; 3]>,
-    /// What ended the last attempt.
-    pub last: String,
-}
-
-/// Where the wall fails, in a message.
-fn nearby(place: Option<[f64; 3]>) -> String {
-    place.map_or(String::new(), |[x, y, z]| {
-        format!("; elements were inside out near ({x:.4}, {y:.4}, {z:.4}) m")
-    })
-}
-
 /// The displacement that leads to the shape of `body` and is in equilibrium with the forces `external` (N) there. Held
 /// coefficients have their values in `moved`, whose others are a guess; they are zero without.
 ///
 /// # Errors
-/// [`NotFound`] if the iteration does not converge.
+/// [`NoUnloadedShape`] if the iteration does not converge.
 pub fn find(
     body: &Discretization,
     external: &[f64],
@@ -209,7 +180,7 @@ impl Effort {
         last: &SolidError,
     ) -> SolidError {
         let middle = |element| body.mapping.at(element, [0.0; 3]).position.into();
-        SolidError::NoUnloadedShape(Box::new(NotFound {
+        SolidError::NoUnloadedShape(Box::new(NoUnloadedShape {
             reached,
             attempts,
             residuals: self.residuals.get(),
