@@ -193,8 +193,8 @@ pub fn tree_shares(
     shares(&end_radii(tree), given, exponent, outlets)
 }
 
-/// Shares of the flow of `outlets`, as a refusal calls them, with these radii (m): those that are given, or by the radius
-/// to the power of an exponent.
+/// Shares of the flow of outlets with these radii (m), which a refusal calls `outlets`: those that are given, or by the
+/// radius to the power of an exponent.
 ///
 /// # Errors
 /// If they do not fit.

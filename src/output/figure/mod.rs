@@ -241,8 +241,8 @@ impl Panel {
         self.curves.iter().filter(|curve| !curve.name.is_empty())
     }
 
-    /// In the corner where it covers least of the curves; the first of equals, as errors fall to the right. On the right
-    /// of the axes if there are many.
+    /// In the corner where it covers least of the curves; the first of equals, as errors fall to the right. If there
+    /// are many curves, on the right of the axes.
     fn legend(&self, points: &[(f64, f64)], left: f64, top: f64) -> Option<Legend> {
         let longest = self.named().map(|c| letters(&c.name)).max()?;
         let (width, height) = (
