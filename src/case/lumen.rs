@@ -6,7 +6,7 @@ use crate::Vec3;
 use crate::curve::SpaceCurve;
 use crate::files::{Fault, fault};
 use crate::interpolation::{MonotoneCubic, SmoothingSpline, smooth_periodic};
-use crate::polydata::{Crossing, PolyData, Surface};
+use crate::polydata::{Crossing, OVERLAP, PolyData, Surface};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
@@ -17,8 +17,6 @@ const RAYS_OF_A_COLUMN: usize = 2;
 /// Cross-sections for a length of one radius, and how many there are at least and at most.
 const ROWS_OF_A_RADIUS: f64 = 3.0;
 const ROWS: [f64; 2] = [12.0, 600.0];
-/// At the ends of the centre-line, so many radii may lie beyond the surface or at what closes it.
-const OVERLAP: f64 = 1.5;
 /// A triangle whose normal is closer to the centre-line than this (cosine) closes the vessel and is none of its wall.
 const CLOSING: f64 = 0.9;
 /// Neighbouring rays may differ by this factor.

@@ -5,7 +5,7 @@ use super::lumen::{Mistake, TRIANGLES, times};
 use super::{LengthUnit, TreeKeys, TreeLine};
 use crate::Vec3;
 use crate::files::{Fault, fault};
-use crate::polydata::{OpenEdge, PolyData, RayHit, Surface, SurfaceSearch};
+use crate::polydata::{OVERLAP, OpenEdge, PolyData, RayHit, Surface, SurfaceSearch};
 use std::collections::HashSet;
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -17,8 +17,6 @@ const RAYS: usize = 12;
 const MISSING: usize = 4;
 /// Distance of cross-sections, in radii.
 const STEP: f64 = 0.5;
-/// A surface may end, or be closed, so many radii before a line does.
-const OVERLAP: f64 = 1.5;
 /// What closes a branch lies within so many radii of its end, and its normals are closer to the line than this
 /// (cosine).
 const CAP: f64 = 2.5;

@@ -8,6 +8,9 @@ mod stl;
 mod surface;
 mod vtp;
 
+/// A surface may end, or be closed, so many radii before a centre-line within it does.
+pub const OVERLAP: f64 = 1.5;
+
 pub use search::{RayHit, SurfaceSearch};
 pub use surface::{Crossing, OpenEdge, Surface};
 pub use vtp::Grid;

@@ -4,6 +4,7 @@
 //! [junctions](junction::Junction); between these lie branches, each a stack of cross-sections of an O-grid
 //! ([`SectionGrid`]), which begins and ends with the folded cross-sections that it shares with its neighbours.
 
+mod apex;
 mod blocks;
 mod branch;
 mod carried;

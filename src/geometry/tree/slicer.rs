@@ -5,10 +5,9 @@ use super::lumen::Lumen;
 use super::section::{CrossSection, SectionGrid};
 use crate::Vec3;
 use crate::curve::CentreLine;
+use crate::polydata::OVERLAP;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
-/// A surface may end, or be closed, so many radii before the line does.
-pub(super) const OVERLAP: f64 = 1.5;
 /// Heights of the last cross-section's rim and core in the half sphere that closes a branch, in radii.
 const RIM_OF_DOME: f64 = 0.6;
 const CORE_OF_DOME: f64 = 0.4;
