@@ -39,6 +39,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     tell_preparation();
     let case = arguments.case.load(&arguments.folder)?;
+    let pressed = arguments.wall.then(|| elastic_vessel(&case)).transpose()?;
     let openfoam = openfoam(&case)?;
     let fit = case.own().map(|_| fit(&case)).transpose()?;
     let (cells, degrees_of_freedom, wall) = match &fit {
@@ -110,8 +111,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(deviation) = case.lumen_deviation().filter(Deviation::is_large) {
         terminal::note(format_args!("warning: {}", told(&deviation)));
     }
-    if arguments.wall {
-        terminal::print(in_figures(&case, elastic_vessel(&case)?)?)?;
+    if let Some(vessel) = pressed {
+        terminal::print(in_figures(&case, vessel)?)?;
     }
     Ok(())
 }
@@ -138,7 +139,9 @@ fn elastic_vessel(case: &Case) -> Result<&BloodVessel, Failure> {
     let reason = match case.vessel() {
         Some(vessel) if !vessel.is_rigid() => return Ok(vessel),
         Some(_) => "--wall: no section of the vessel is elastic; leave the option out",
-        None => "--wall: the case has no vessel of the driver's making; leave the option out",
+        None => {
+            "--wall: only a [vessel] can be put under pressure alone, and this case has none; leave the option out"
+        }
     };
     Err(Failure::Input(reason.into()))
 }

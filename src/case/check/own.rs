@@ -301,7 +301,11 @@ fn extruded(wall: &OwnWall, extrusion: &Extrusion, report: &mut Report<'_>) {
         BOTH_THICKNESSES.into(),
     );
     report(
-        &["wall.extrude.layers"],
+        &[
+            "wall.extrude.layers",
+            "wall.extrude.thicknesses_m",
+            "wall.extrude.thicknesses",
+        ],
         sizes.is_empty() && shares.is_empty(),
         "how thick are they? Write wall.extrude.thicknesses_m, a number for each".into(),
     );

@@ -1,6 +1,8 @@
 //! Flow and pressure of openings, and of the cross-sections that a case watches.
 
-use super::page::{chart, line, panel};
+use super::page::{chart, line, panel, significant};
+use super::table::PageTable;
+use crate::hemodynamics::summary::Course;
 use crate::output::figure::Curve;
 use crate::output::results::Results;
 use crate::output::tables::{self, OpeningRow, SectionRow};
@@ -49,6 +51,7 @@ pub fn openings(run: &Results) -> io::Result<Vec<String>> {
         return Ok(Vec::new());
     }
     let pressures = of(|row| Some((row.time_s, row.p_Pa / MMHG)));
+    let split = split(run, [&flows, &pressures]);
     let shown = of_most_flow(&flows);
     let which = match shown.len() < flows.len() {
         true => format!(
@@ -61,10 +64,15 @@ pub fn openings(run: &Results) -> io::Result<Vec<String>> {
     let [flows, pressures] = [flows, pressures].map(|curves| {
         let all = curves.into_iter().enumerate();
         let kept = all.filter(|(i, _)| shown.contains(i)).zip(COLOURS);
-        let curve = |((_, curve), colour)| Curve { colour, ..curve };
+        let curve = |((_, curve), colour)| Curve {
+            colour,
+            open: false,
+            ..curve
+        };
         kept.map(curve).collect::<Vec<Curve>>()
     });
     Ok(vec![
+        split,
         chart(
             "opening-flow",
             &format!("Flow into the domain through {which}."),
@@ -76,6 +84,43 @@ pub fn openings(run: &Results) -> io::Result<Vec<String>> {
             panel("pressure", "time / s", "pressure / mmHg", pressures),
         ),
     ])
+}
+
+/// What leaves through each opening on average over the evaluated window, as a share of all that leaves too, and the
+/// pressures there.
+fn split(run: &Results, [flows, pressures]: [&[Curve]; 2]) -> String {
+    let (window, step) = (run.hemodynamics.window, run.case.time.step);
+    let course = |curve: &Curve| {
+        let inside = curve
+            .points
+            .iter()
+            .filter(|(t, _)| window.contains(*t, step));
+        Course::of(&inside.map(|(_, value)| *value).collect::<Vec<_>>())
+    };
+    let outflow = |curve: &Curve| course(curve).map_or(0.0, |flow| -flow.mean);
+    let all: f64 = flows.iter().map(|curve| outflow(curve).max(0.0)).sum();
+    let mut table = PageTable::new([
+        "opening",
+        "mean outflow / (ml/s)",
+        "share of what leaves / %",
+        "pressure, lowest / mmHg",
+        "mean / mmHg",
+        "highest / mmHg",
+    ]);
+    for (flow, pressure) in flows.iter().zip(pressures) {
+        let Some(p) = course(pressure) else {
+            continue;
+        };
+        let outflow = outflow(flow);
+        let share = match outflow > 0.0 {
+            true => significant(100.0 * outflow / all, 3),
+            false => "–".into(),
+        };
+        let pressures = [p.min, p.mean, p.max].map(|p| significant(p, 4));
+        let row = [flow.name.clone(), significant(outflow, 4), share];
+        table.push(row.into_iter().chain(pressures).collect());
+    }
+    table.to_html()
 }
 
 /// Which curves are drawn, in their order: as many as there are colours, those whose flow is largest on average.

@@ -190,6 +190,9 @@ impl Effort {
     }
 }
 
+/// A displacement, its residual (N), and the norm of that relative to the forces.
+type Iterate = (Vec<f64>, DVector<f64>, f64);
+
 /// Equilibrium in the given shape with a share of the load.
 struct Goal<'a> {
     body: &'a Discretization,
@@ -340,7 +343,7 @@ impl Goal<'_> {
         step: &DVector<f64>,
         preconditioner: &Factorization,
         most: impl Fn(f64) -> f64,
-    ) -> Result<Option<(Vec<f64>, DVector<f64>, f64)>, SolidError> {
+    ) -> Result<Option<Iterate>, SolidError> {
         let mut share = 1.0;
         while share >= SHORTEST_SHARE {
             let moved = self.body.moved(displacement, step.as_slice(), share);
