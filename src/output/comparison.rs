@@ -4,6 +4,7 @@
 use super::figure::colour::Palette;
 use super::figure::map::{Map, Up};
 use super::figure::{Curve, Figure, Panel, Scale};
+use super::place_histories::{self, PlaceHistory};
 use super::results::Results;
 use super::tables::HistoryRow;
 use super::wall_fields::FaceRow;
@@ -28,7 +29,7 @@ pub struct ComparisonError(String);
 pub struct RunDifference {
     /// What, with its unit.
     pub quantity: &'static str,
-    /// The region of a field; empty for histories.
+    /// The region of a field, or the opening or cross-section of a history; empty for those of the whole run.
     pub region: String,
     /// Mean of the first run.
     pub mean_a: f64,
@@ -168,7 +169,10 @@ impl Comparison {
         let mut differences = Vec::new();
         let mut histories = Vec::new();
         for (quantity, value) in HISTORIES {
-            let pairs = common_history(&a.history, &b.history, value);
+            let points = |run: &Results| -> Vec<(f64, f64)> {
+                (run.history.iter().map(|row| (row.time_s, value(row)))).collect()
+            };
+            let pairs = common_history(&points(a), &points(b));
             if pairs.is_empty() {
                 return Err(ComparisonError("the runs have no common time".into()));
             }
@@ -177,6 +181,32 @@ impl Comparison {
             let weighted: Vec<[f64; 3]> = pairs.iter().map(|p| [p[1], p[2], 1.0]).collect();
             differences.push(RunDifference::of(quantity, String::new(), limit, &weighted));
             histories.push((quantity, pairs));
+        }
+        let [places, others] = [a, b].map(place_histories::all);
+        let unreadable = |e: std::io::Error| ComparisonError(e.to_string());
+        let (places, others) = (places.map_err(unreadable)?, others.map_err(unreadable)?);
+        for own in places {
+            let is_same =
+                |it: &&PlaceHistory| (it.quantity, &it.place) == (own.quantity, &own.place);
+            let Some(other) = others.iter().find(is_same) else {
+                notes.push(format!(
+                    "{} at \"{}\" is left out: one run has it alone",
+                    own.quantity, own.place
+                ));
+                continue;
+            };
+            let pairs = common_history(&own.points, &other.points);
+            // The first step has no flow through cross-sections.
+            if pairs.is_empty() {
+                continue;
+            }
+            let weighted: Vec<[f64; 3]> = pairs.iter().map(|p| [p[1], p[2], 1.0]).collect();
+            differences.push(RunDifference::of(
+                own.quantity,
+                own.place,
+                history,
+                &weighted,
+            ));
         }
         let mut walls = None;
         let [first, second] = [a.hemodynamics.window, b.hemodynamics.window];
@@ -339,25 +369,22 @@ impl Comparison {
 }
 
 /// Times of the first run that both have, with both values; the second linear between its steps.
-fn common_history(
-    a: &[HistoryRow],
-    b: &[HistoryRow],
-    value: fn(&HistoryRow) -> f64,
-) -> Vec<[f64; 3]> {
+fn common_history(a: &[(f64, f64)], b: &[(f64, f64)]) -> Vec<[f64; 3]> {
     let mut common = Vec::new();
-    for row in a {
-        let t = row.time_s;
-        let next = b.partition_point(|other| other.time_s < t * (1.0 - 1e-9));
-        let Some(after) = b.get(next) else { break };
-        let other = match next.checked_sub(1).map(|i| &b[i]) {
-            _ if (after.time_s - t).abs() <= 1e-9 * t => value(after),
-            Some(before) => {
-                let share = (t - before.time_s) / (after.time_s - before.time_s);
-                (1.0 - share) * value(before) + share * value(after)
+    for &(t, own) in a {
+        let next = b.partition_point(|(time, _)| *time < t * (1.0 - 1e-9));
+        let Some(&(after, value)) = b.get(next) else {
+            break;
+        };
+        let other = match next.checked_sub(1).map(|i| b[i]) {
+            _ if (after - t).abs() <= 1e-9 * t => value,
+            Some((before, earlier)) => {
+                let share = (t - before) / (after - before);
+                (1.0 - share) * earlier + share * value
             }
             None => continue,
         };
-        common.push([t, value(row), other]);
+        common.push([t, own, other]);
     }
     common
 }

@@ -7,6 +7,7 @@ pub(crate) mod figure;
 pub(crate) mod fluid_fields;
 pub(crate) mod marked_text;
 pub(crate) mod phases;
+mod place_histories;
 pub(crate) mod probes;
 pub mod progress;
 pub mod record;

@@ -1,0 +1,72 @@
+//! Flows and pressures over time at the openings of a run, and at the cross-sections that its case watches.
+
+use super::results::Results;
+use super::tables::{self, OpeningRow, SectionRow};
+use std::io;
+
+/// A quantity at a place over time.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PlaceHistory {
+    /// What, with its unit.
+    pub quantity: &'static str,
+    /// Name of the opening or the cross-section.
+    pub place: String,
+    /// Time (s) and value.
+    pub points: Vec<(f64, f64)>,
+}
+
+/// All of a run: those of openings where these are more than the inlet and the outlet of its history.
+///
+/// # Errors
+/// If a table cannot be read.
+pub fn all(run: &Results) -> io::Result<Vec<PlaceHistory>> {
+    let (openings, sections) = (run.files.openings(), run.files.sections());
+    let mut histories = Vec::new();
+    if openings.is_file() {
+        let rows: Vec<OpeningRow> = tables::read(&openings)?;
+        let mut of = |quantity, value: fn(&OpeningRow) -> Option<f64>| {
+            histories.extend(by_place(quantity, &rows, |row| {
+                (&row.opening, row.time_s, value(row))
+            }));
+        };
+        of("flow in / m³/s", |row| Some(row.flow_m3_s));
+        of("pressure / Pa", |row| Some(row.p_Pa));
+        if histories.len() <= 4 {
+            histories.clear();
+        }
+    }
+    if sections.is_file() {
+        let rows: Vec<SectionRow> = tables::read(&sections)?;
+        let mut of = |quantity, value: fn(&SectionRow) -> Option<f64>| {
+            histories.extend(by_place(quantity, &rows, |row| {
+                (&row.section, row.time_s, value(row))
+            }));
+        };
+        of("flow / m³/s", |row| row.flow_m3_s);
+        of("pressure / Pa", |row| Some(row.p_Pa));
+        of("area / m²", |row| Some(row.area_m2));
+    }
+    Ok(histories)
+}
+
+/// A history for each name among the rows, in the order in which they come; without times that have no value.
+fn by_place<Row>(
+    quantity: &'static str,
+    rows: &[Row],
+    entry: impl Fn(&Row) -> (&String, f64, Option<f64>),
+) -> Vec<PlaceHistory> {
+    let mut found: Vec<PlaceHistory> = Vec::new();
+    for (place, time, value) in rows.iter().map(entry) {
+        let known = found.iter().position(|history| history.place == *place);
+        let i = known.unwrap_or_else(|| {
+            found.push(PlaceHistory {
+                quantity,
+                place: place.clone(),
+                points: Vec::new(),
+            });
+            found.len() - 1
+        });
+        found[i].points.extend(value.map(|value| (time, value)));
+    }
+    found
+}
