@@ -105,3 +105,39 @@ fn what_cannot_be_checked_is_refused_and_nothing_written() {
         assert!(!out.exists());
     }
 }
+
+/// Two runs of a tree may agree in what leaves it and differ in where that leaves.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn a_tree_is_compared_at_each_opening() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("both");
+    let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["cross-check", "examples/trees/side-branch"])
+        .args(["--preset", "demo", "--end-time", "0.015", "--quiet"])
+        .args(["--history", "0.2", "--wall", "10", "--osi", "10", "--out"])
+        .arg(&out)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output));
+    let table = std::fs::read_to_string(out.join("side-branch/compare.csv")).unwrap();
+    let row = |quantity: &str, opening: &str| -> Vec<f64> {
+        let begin = format!("{quantity},{opening},");
+        let row = table.lines().find_map(|line| line.strip_prefix(&begin));
+        let cells = row
+            .unwrap_or_else(|| panic!("{begin} in\n{table}"))
+            .split(',');
+        cells.map(|cell| cell.parse().unwrap()).collect()
+    };
+    // A ninth of the flow leaves through the branch, three steps from rest.
+    let [artery, branch] = ["artery", "branch"].map(|name| row("flow in / m³/s", name));
+    assert!(
+        (branch[0] / artery[0] - 0.115).abs() < 0.01,
+        "{}",
+        branch[0] / artery[0]
+    );
+    assert!((1e-3..0.05).contains(&branch[3]), "{}", branch[3]);
+    let pressure = row("pressure / Pa", "branch");
+    assert!((1e-7..1e-3).contains(&pressure[3]), "{}", pressure[3]);
+}
