@@ -35,6 +35,8 @@ const LINE: f64 = 15.0;
 const MOST_LENGTHENINGS: usize = 8;
 /// More curves than these have their legend on the right of the axes: within, it would cover half of them.
 const MOST_WITHIN: usize = 7;
+/// Names in a column of that.
+const MOST_NAMES: usize = 17;
 /// Points of a curve count every so many pixels in the search for a place for the legend.
 const STRIDE: f64 = 8.0;
 /// Width of a letter of the size 11.
@@ -53,6 +55,8 @@ struct Legend {
     at: [f64; 2],
     /// Width and height.
     size: [f64; 2],
+    /// Columns of names.
+    columns: usize,
     /// Points of curves that it covers.
     hides: usize,
 }
@@ -249,10 +253,16 @@ impl Panel {
             41.0 + LETTER * longest as f64,
             LINE * self.named().count() as f64 + 6.0,
         );
-        if self.named().count() > MOST_WITHIN {
+        let count = self.named().count();
+        if count > MOST_WITHIN {
+            let columns = count.div_ceil(MOST_NAMES);
             return Some(Legend {
                 at: [left + AXES[0] + 8.0, top],
-                size: [width, height],
+                size: [
+                    width * columns as f64,
+                    height.min(LINE * MOST_NAMES as f64 + 6.0),
+                ],
+                columns,
                 hides: 0,
             });
         }
@@ -271,6 +281,7 @@ impl Panel {
         Some(Legend {
             at: [x, y],
             size: [width, height],
+            columns: 1,
             hides: covered(x, y),
         })
     }
@@ -283,7 +294,9 @@ impl Panel {
              stroke=\"#888888\" stroke-width=\"0.6\"/>"
         );
         for (i, curve) in self.named().enumerate() {
-            let middle = y + 3.0 + LINE * (i as f64 + 0.5);
+            let (column, row) = (i / MOST_NAMES, i % MOST_NAMES);
+            let x = x + width / legend.columns as f64 * column as f64;
+            let middle = y + 3.0 + LINE * (row as f64 + 0.5);
             let at = [(x + 5.0, middle), (x + 17.0, middle), (x + 29.0, middle)];
             curve.line(&at, svg);
             curve.marker.iter().for_each(|m| curve.mark(*m, at[1], svg));
@@ -383,6 +396,10 @@ mod tests {
         assert!(few.placed([0.0; 2]).legend.unwrap().at[0] < placed.x.to);
         let more = width(many) - width(few);
         assert!((more - legend.size[0] - 8.0).abs() < 1e-9, "{more}");
+        // Of very many in columns, within the height of the axes
+        let legend = panel(&vec![line; 63]).placed([0.0; 2]).legend.unwrap();
+        assert_eq!(legend.columns, 4);
+        assert!(legend.size[1] < AXES[1], "{}", legend.size[1]);
     }
 
     /// A line between two points passes through the corner in which there are no points.
