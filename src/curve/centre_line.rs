@@ -29,7 +29,7 @@ pub struct CentreLine {
     s: Vec<f64>,
     /// Pieces between samples, group by group.
     balls: Vec<Ball>,
-    /// From one group to the next, how far a point is not nearer to the tubes changes by this at most, m.
+    /// [`Ball::off`] of a point changes by at most this from one group to the next, m.
     spacing: f64,
     /// The largest radius of a sample, m.
     widest: f64,
@@ -68,7 +68,7 @@ impl Ball {
         (x - self.middle).norm_squared() - self.reach * self.reach
     }
 
-    /// Whether one of the tubes may be so near (m) to a point: not if that is less than [`Ball::off`].
+    /// Whether a tube may lie within a `distance` (m) of a point: false only where that is less than [`Ball::off`].
     fn may_be_within(&self, x: &Vec3, distance: f64) -> bool {
         let most = distance + self.reach;
         let squared = (x - self.middle).norm_squared() * (1.0 - 2.0 * ROUNDING);
@@ -306,7 +306,7 @@ impl CentreLine {
         })
     }
 
-    /// Whether a point may lie in its tube: if not, it does not.
+    /// Whether a point may lie in its tube: false only where it certainly does not.
     pub fn may_surround(&self, x: &Vec3) -> bool {
         self.groups_within(x, 0.0).next().is_some()
     }

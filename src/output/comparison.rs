@@ -182,32 +182,7 @@ impl Comparison {
             differences.push(RunDifference::of(quantity, String::new(), limit, &weighted));
             histories.push((quantity, pairs));
         }
-        let [places, others] = [a, b].map(place_histories::all);
-        let unreadable = |e: std::io::Error| ComparisonError(e.to_string());
-        let (places, others) = (places.map_err(unreadable)?, others.map_err(unreadable)?);
-        for own in places {
-            let is_same =
-                |it: &&PlaceHistory| (it.quantity, &it.place) == (own.quantity, &own.place);
-            let Some(other) = others.iter().find(is_same) else {
-                notes.push(format!(
-                    "{} at \"{}\" is left out: one run has it alone",
-                    own.quantity, own.place
-                ));
-                continue;
-            };
-            let pairs = common_history(&own.points, &other.points);
-            // The first step has no flow through cross-sections.
-            if pairs.is_empty() {
-                continue;
-            }
-            let weighted: Vec<[f64; 3]> = pairs.iter().map(|p| [p[1], p[2], 1.0]).collect();
-            differences.push(RunDifference::of(
-                own.quantity,
-                own.place,
-                history,
-                &weighted,
-            ));
-        }
+        differences.extend(at_places([a, b], history, &mut notes)?);
         let mut walls = None;
         let [first, second] = [a.hemodynamics.window, b.hemodynamics.window];
         let far = |x: f64, y: f64| (x - y).abs() > 0.5 * a.case.time.step;
@@ -366,6 +341,36 @@ impl Comparison {
         }
         figures
     }
+}
+
+/// Differences of flows and pressures at the openings and cross-sections of both runs; `notes` says what one has alone.
+fn at_places(
+    runs: [&Results; 2],
+    limit: Option<f64>,
+    notes: &mut Vec<String>,
+) -> Result<Vec<RunDifference>, ComparisonError> {
+    let mut differences = Vec::new();
+    let [places, others] = runs.map(place_histories::all);
+    let unreadable = |e: std::io::Error| ComparisonError(e.to_string());
+    let (places, others) = (places.map_err(unreadable)?, others.map_err(unreadable)?);
+    for own in places {
+        let is_same = |it: &&PlaceHistory| (it.quantity, &it.place) == (own.quantity, &own.place);
+        let Some(other) = others.iter().find(is_same) else {
+            notes.push(format!(
+                "{} at \"{}\" is left out: one run has it alone",
+                own.quantity, own.place
+            ));
+            continue;
+        };
+        let pairs = common_history(&own.points, &other.points);
+        // The first step has no flow through cross-sections.
+        if pairs.is_empty() {
+            continue;
+        }
+        let weighted: Vec<[f64; 3]> = pairs.iter().map(|p| [p[1], p[2], 1.0]).collect();
+        differences.push(RunDifference::of(own.quantity, own.place, limit, &weighted));
+    }
+    Ok(differences)
 }
 
 /// Times of the first run that both have, with both values; the second linear between its steps.

@@ -25,9 +25,8 @@ pub fn all(run: &Results) -> io::Result<Vec<PlaceHistory>> {
     if openings.is_file() {
         let rows: Vec<OpeningRow> = tables::read(&openings)?;
         let mut of = |quantity, value: fn(&OpeningRow) -> Option<f64>| {
-            histories.extend(by_place(quantity, &rows, |row| {
-                (&row.opening, row.time_s, value(row))
-            }));
+            let point = |row: &OpeningRow| Some((row.time_s, value(row)?));
+            histories.extend(by_place(quantity, &rows, |row| &row.opening, point));
         };
         of("flow in / m³/s", |row| Some(row.flow_m3_s));
         of("pressure / Pa", |row| Some(row.p_Pa));
@@ -38,9 +37,8 @@ pub fn all(run: &Results) -> io::Result<Vec<PlaceHistory>> {
     if sections.is_file() {
         let rows: Vec<SectionRow> = tables::read(&sections)?;
         let mut of = |quantity, value: fn(&SectionRow) -> Option<f64>| {
-            histories.extend(by_place(quantity, &rows, |row| {
-                (&row.section, row.time_s, value(row))
-            }));
+            let point = |row: &SectionRow| Some((row.time_s, value(row)?));
+            histories.extend(by_place(quantity, &rows, |row| &row.section, point));
         };
         of("flow / m³/s", |row| row.flow_m3_s);
         of("pressure / Pa", |row| Some(row.p_Pa));
@@ -49,24 +47,16 @@ pub fn all(run: &Results) -> io::Result<Vec<PlaceHistory>> {
     Ok(histories)
 }
 
-/// A history for each name among the rows, in the order in which they come; without times that have no value.
 fn by_place<Row>(
     quantity: &'static str,
     rows: &[Row],
-    entry: impl Fn(&Row) -> (&String, f64, Option<f64>),
-) -> Vec<PlaceHistory> {
-    let mut found: Vec<PlaceHistory> = Vec::new();
-    for (place, time, value) in rows.iter().map(entry) {
-        let known = found.iter().position(|history| history.place == *place);
-        let i = known.unwrap_or_else(|| {
-            found.push(PlaceHistory {
-                quantity,
-                place: place.clone(),
-                points: Vec::new(),
-            });
-            found.len() - 1
-        });
-        found[i].points.extend(value.map(|value| (time, value)));
-    }
-    found
+    place: fn(&Row) -> &str,
+    point: impl Fn(&Row) -> Option<(f64, f64)>,
+) -> impl Iterator<Item = PlaceHistory> {
+    let found = tables::by_name(rows, place, point).into_iter();
+    found.map(move |(place, points)| PlaceHistory {
+        quantity,
+        place,
+        points,
+    })
 }

@@ -184,6 +184,25 @@ fn bytes(path: &Path) -> io::Result<Vec<u8>> {
     found
 }
 
+/// The points of each name among the rows, in the order in which the names come; `point` is none where a row has no
+/// value.
+pub fn by_name<Row>(
+    rows: &[Row],
+    name: impl Fn(&Row) -> &str,
+    point: impl Fn(&Row) -> Option<(f64, f64)>,
+) -> Vec<(String, Vec<(f64, f64)>)> {
+    let mut found: Vec<(String, Vec<(f64, f64)>)> = Vec::new();
+    for row in rows {
+        let known = found.iter().position(|(known, _)| known == name(row));
+        let i = known.unwrap_or_else(|| {
+            found.push((name(row).to_owned(), Vec::new()));
+            found.len() - 1
+        });
+        found[i].1.extend(point(row));
+    }
+    found
+}
+
 /// The rows of a table; a last one that is cut off does not count.
 ///
 /// # Errors

@@ -158,10 +158,6 @@ pub enum SolidError {
 pub struct NoUnloadedShape {
     /// Share of the load for which a shape was found.
     pub reached: f64,
-    /// Steps of the load that were tried, with those that led on.
-    pub attempts: usize,
-    /// Residuals that were evaluated.
-    pub residuals: usize,
     /// Middle of the last element that was inside out, in the given shape, m.
     pub place: Option<[f64; 3]>,
     /// What ended the last attempt.

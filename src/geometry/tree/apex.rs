@@ -93,7 +93,7 @@ fn halved([mut low, mut high]: [f64; 2], times: usize, is_low: impl Fn(f64) -> b
     [low, high]
 }
 
-/// Its tangent there.
+/// The tangent of a line a radius downstream of a place.
 fn past_tangent(line: &CentreLine, s: f64) -> Vec3 {
     line.tangent(s + line.radius(s))
 }

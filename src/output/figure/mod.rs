@@ -98,7 +98,10 @@ impl Figure {
         let [left, top, right, bottom] = ROOM;
         let columns = self.columns.clamp(1, self.panels.len().max(1));
         let rows = self.panels.len().div_ceil(columns);
-        let more = self.panels.iter().map(Panel::more_room);
+        let more = self
+            .panels
+            .iter()
+            .map(|panel| panel.placed([0.0; 2]).more_room());
         let [more_left, more_right] = more.fold([0.0; 2], |a, b| {
             [f64::max(a[0], b[0]), f64::max(a[1], b[1])]
         });
@@ -115,8 +118,9 @@ impl Figure {
 
     /// The figure as a text in SVG.
     pub fn to_svg(&self) -> String {
-        let ([columns, _], left, [width, height]) = self.layout();
-        let ([_, top, ..], [all_width, all_height]) = (ROOM, self.size());
+        let ([columns, rows], left, [width, height]) = self.layout();
+        let [_, top, ..] = ROOM;
+        let [all_width, all_height] = [width * columns as f64, height * rows as f64];
         let mut svg = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{all_width}\" height=\"{all_height}\" \
              viewBox=\"0 0 {all_width} {all_height}\" font-family=\"{FAMILY}\" font-size=\"12\">\n\
@@ -173,20 +177,11 @@ impl Panel {
         points.map(|&(a, b)| (x.at(a), y.at(b))).collect()
     }
 
-    /// Room that long numbers beside the axes, and a legend there, take in addition to the usual.
-    fn more_room(&self) -> [f64; 2] {
-        let Placed { x, y, legend } = self.placed([0.0; 2]);
-        let ticks = y.ticks().into_iter();
-        let longest = ticks.filter_map(|tick| tick.name.map(|name| letters(&name)));
-        let usual = 6.0;
-        let left = (longest.max().unwrap_or(0) as f64 - usual).max(0.0) * LETTER;
-        let beside = legend.filter(|legend| legend.at[0] > x.to);
-        [left, beside.map_or(0.0, |legend| legend.size[0] + 8.0)]
-    }
-
     fn draw(&self, [left, top]: [f64; 2], svg: &mut String) {
         let (right, bottom) = (left + AXES[0], top + AXES[1]);
-        let Placed { x, y, legend } = self.placed([left, top]);
+        let placed = self.placed([left, top]);
+        let at = left - 53.0 - placed.more_room()[0];
+        let Placed { x, y, legend } = placed;
         self.draw_axes(&x, &y, svg);
         for curve in &self.curves {
             curve.draw(&self.pixels(curve, &x, &y), svg);
@@ -197,7 +192,6 @@ impl Panel {
         let middle = 0.5 * (left + right);
         text(svg, middle, top - 10.0, "middle", 13.0, &self.title);
         text(svg, middle, bottom + 38.0, "middle", 12.0, &self.x_label);
-        let at = left - 53.0 - self.more_room()[0];
         upward(svg, at, 0.5 * (top + bottom), &self.y_label);
     }
 
@@ -316,6 +310,21 @@ fn drawn(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
         })
     });
     between.chain(points.last().copied()).collect()
+}
+
+impl Placed {
+    /// Room that long numbers beside the axes, and a legend there, take in addition to the usual.
+    fn more_room(&self) -> [f64; 2] {
+        let ticks = self.y.ticks().into_iter();
+        let longest = ticks.filter_map(|tick| tick.name.map(|name| letters(&name)));
+        let usual = 6.0;
+        let left = (longest.max().unwrap_or(0) as f64 - usual).max(0.0) * LETTER;
+        let beside = self
+            .legend
+            .as_ref()
+            .filter(|legend| legend.at[0] > self.x.to);
+        [left, beside.map_or(0.0, |legend| legend.size[0] + 8.0)]
+    }
 }
 
 /// A text in SVG as PNG, with so many pixels per pixel of the SVG.

@@ -18,21 +18,12 @@ fn curves<Row>(
     name: fn(&Row) -> &str,
     point: fn(&Row) -> Option<(f64, f64)>,
 ) -> Vec<Curve> {
-    let mut names: Vec<&str> = Vec::new();
-    for row in rows {
-        if !names.contains(&name(row)) {
-            names.push(name(row));
-        }
-    }
-    let curve = |(number, known): (usize, &&str)| {
-        let own = rows.iter().filter(|row| name(row) == *known);
-        let points = own.filter_map(point).collect();
-        Curve {
-            open: number / COLOURS.len() % 2 == 1,
-            ..line(known, COLOURS[number % COLOURS.len()], points)
-        }
+    let curve = |(number, (name, points)): (usize, (String, _))| Curve {
+        open: number / COLOURS.len() % 2 == 1,
+        ..line(&name, COLOURS[number % COLOURS.len()], points)
     };
-    names.iter().enumerate().map(curve).collect()
+    let found = tables::by_name(rows, name, point).into_iter();
+    found.enumerate().map(curve).collect()
 }
 
 /// Flow and pressure of openings by name, where there are more than two.

@@ -58,7 +58,7 @@ const MOST_NEWTON_ITERATIONS: usize = 20;
 const LINEAR: f64 = 1e-2;
 /// Most applications of `J` for one of them.
 const MOST_APPLICATIONS: usize = 60;
-/// Newton's method wanders if that many do not solve so many linear systems in a row ...
+/// Newton's method wanders if so many linear systems in a row are unsolved after that many applications ...
 const UNSOLVED: usize = 2;
 /// ... and the residual has not fallen to this share of the first one.
 const FALLEN: f64 = 0.5;
@@ -99,7 +99,7 @@ pub fn find(
         newton_from: None,
     };
     let floor = body.round_off()?;
-    let (mut attempts, effort) = (0, Effort::default());
+    let inside_out = Cell::new(None);
     let (mut reached, mut increment) = (0.0, 1.0 / STEPS);
     // The step before, by whose direction the next one is begun.
     let mut slope: Option<Vec<f64>> = moved.map(<[f64]>::to_vec);
@@ -114,9 +114,8 @@ pub fn find(
             has_reactions: moved.is_some() || body.is_prestretched(),
             tolerance: if factor < 1.0 { ON_THE_WAY } else { TOLERANCE },
             may_wander: increment <= SHORT,
-            effort: &effort,
+            inside_out: &inside_out,
         };
-        attempts += 1;
         let by_fixed_point = (found.newton_from.is_none())
             .then(|| goal.accelerated(&found.displacement, begin(slope.as_deref())));
         let result = match by_fixed_point {
@@ -138,7 +137,14 @@ pub fn find(
                 listener::tell("unloading the wall", reached);
             }
             Err(_) if increment > SHORTEST => increment *= 0.5,
-            Err(error) => return Err(effort.not_found(body, (reached, attempts), &error)),
+            Err(error) => {
+                let middle = |element| body.mapping.at(element, [0.0; 3]).position.into();
+                return Err(SolidError::NoUnloadedShape(Box::new(NoUnloadedShape {
+                    reached,
+                    place: inside_out.get().map(middle),
+                    last: error.to_string(),
+                })));
+            }
         }
     }
     Ok(found)
@@ -164,32 +170,6 @@ fn begun(
     start
 }
 
-/// What the attempts have cost, and where they failed.
-#[derive(Default)]
-struct Effort {
-    residuals: Cell<usize>,
-    /// The last element that was inside out.
-    inside_out: Cell<Option<usize>>,
-}
-
-impl Effort {
-    fn not_found(
-        &self,
-        body: &Discretization,
-        (reached, attempts): (f64, usize),
-        last: &SolidError,
-    ) -> SolidError {
-        let middle = |element| body.mapping.at(element, [0.0; 3]).position.into();
-        SolidError::NoUnloadedShape(Box::new(NoUnloadedShape {
-            reached,
-            attempts,
-            residuals: self.residuals.get(),
-            place: self.inside_out.get().map(middle),
-            last: last.to_string(),
-        }))
-    }
-}
-
 /// A displacement, its residual (N), and the norm of that relative to the forces.
 type Iterate = (Vec<f64>, DVector<f64>, f64);
 
@@ -205,7 +185,8 @@ struct Goal<'a> {
     tolerance: f64,
     /// Whether Newton's method goes on where it wanders.
     may_wander: bool,
-    effort: &'a Effort,
+    /// The last element that was inside out.
+    inside_out: &'a Cell<Option<usize>>,
 }
 
 impl Goal<'_> {
@@ -234,12 +215,10 @@ impl Goal<'_> {
 
     /// The internal forces in the shape that a displacement comes from.
     fn internal_forces(&self, displacement: &[f64]) -> Result<Vec<f64>, SolidError> {
-        let effort = self.effort;
-        effort.residuals.set(effort.residuals.get() + 1);
         let unloaded = self.body.unloaded_with(displacement, self.factor);
         let all = unloaded.and_then(|unloaded| unloaded.internal_forces(displacement));
         if let Err(SolidError::Inverted { element, .. }) = all {
-            effort.inside_out.set(Some(element));
+            self.inside_out.set(Some(element));
         }
         all
     }
