@@ -2,7 +2,15 @@
 
 use super::three_elements::ThreeElements;
 use super::windkessel::{Pressures, STEPS, TwoElements};
-use crate::case::{BloodVessel, Condition, PressureModel, TableError, VesselSide};
+use crate::case::{
+    BloodVessel, Condition, Opening, PressureModel, TableError, TreeKeys, VesselSide,
+};
+
+/// Periods after which a tree's pressures count as periodic at the latest: of a time constant of 250 periods a
+/// fiftieth is left then.
+const MOST_PERIODS: usize = 1000;
+/// Change of the mean pressure over a period, relative to it, with which they do.
+const STEADY: f64 = 1e-6;
 
 impl Pressures {
     /// Those to expect in a vessel, in the periodic state of beats of `period` (s) and without the vessel's own
@@ -50,4 +58,83 @@ impl Pressures {
         };
         Ok(all.pressures(&curve))
     }
+
+    /// The pressure that the openings of a tree make in it, in the periodic state of beats of `period` (s): the same
+    /// everywhere, without the tree's own resistance, inertia and compliance. By Euler's implicit method.
+    ///
+    /// # Errors
+    /// If a curve cannot be read.
+    pub fn expected_in_tree(tree: &TreeKeys, period: f64) -> Result<Self, TableError> {
+        let openings = tree.openings(period)?;
+        let step = period / STEPS as f64;
+        let (mut stored, mut mean) = (vec![0.0; openings.len()], f64::INFINITY);
+        for (opening, stored) in openings.iter().zip(&mut stored) {
+            if let Condition::Pressure(model) = &opening.condition {
+                *stored = model.at_start();
+            }
+        }
+        let mut found = Vec::new();
+        for _ in 0..MOST_PERIODS {
+            let at = |i: usize| common(&openings, &mut stored, step * i as f64, step);
+            found = (1..=STEPS).map(at).collect();
+            let next = found.iter().sum::<f64>() / STEPS as f64;
+            if (next - mean).abs() <= STEADY * next.abs() {
+                break;
+            }
+            mean = next;
+        }
+        Ok(Self::of(&found))
+    }
+}
+
+/// The pressure (Pa) that these openings share at the end of a step (s) at `time` (s), with which the pressures `stored`
+/// in windkessels (Pa) go on.
+fn common(openings: &[Opening], stored: &mut [f64], time: f64, step: f64) -> f64 {
+    let conditions = || openings.iter().map(|opening| &opening.condition);
+    let inflow = |condition: &Condition| match condition {
+        Condition::Flow(curve, _) => curve.flow(time),
+        _ => 0.0,
+    };
+    let entering = openings.iter().map(|opening| match opening.end {
+        VesselSide::Start => inflow(&opening.condition),
+        VesselSide::End => -inflow(&opening.condition),
+    });
+    let shares = conditions().map(|condition| match condition {
+        Condition::FlowSplit(share) => *share,
+        _ => 0.0,
+    });
+    let flow = entering.sum::<f64>() * (1.0 - shares.sum::<f64>());
+    // Each opening takes (p - base)/resistance.
+    let taken = |(condition, stored): (&Condition, &f64)| match condition {
+        Condition::Pressure(model) => Some(match model.distal {
+            Some((resistance, compliance)) => {
+                let store = compliance / step;
+                let whole = 1.0 / (store + 1.0 / resistance);
+                (store * whole * stored, model.proximal + whole)
+            }
+            None => (model.downstream.pressure(time), model.proximal),
+        }),
+        _ => None,
+    };
+    let takers: Vec<Option<(f64, f64)>> = conditions().zip(&*stored).map(taken).collect();
+    let given = takers
+        .iter()
+        .flatten()
+        .find(|(_, resistance)| *resistance == 0.0);
+    let pressure = match given {
+        Some((pressure, _)) => *pressure,
+        None => {
+            let base: f64 = takers.iter().flatten().map(|(base, r)| base / r).sum();
+            let conductance: f64 = takers.iter().flatten().map(|(_, r)| 1.0 / r).sum();
+            (flow + base) / conductance
+        }
+    };
+    for ((condition, stored), taker) in conditions().zip(stored).zip(&takers) {
+        if let (Condition::Pressure(PressureModel { proximal, .. }), Some((base, resistance))) =
+            (condition, taker)
+        {
+            *stored = pressure - proximal * (pressure - base) / resistance.max(f64::MIN_POSITIVE);
+        }
+    }
+    pressure
 }

@@ -3,12 +3,13 @@
 
 use crate::Vec3;
 use crate::curve::SpaceCurve;
-use crate::geometry::{HexFace, HexMesh, Section as VesselSection};
-use crate::pfem::element::surface::on_face;
+use crate::geometry::{HexFace, HexMesh, Section as VesselSection, is_side, outer_side_of};
+use crate::pfem::element::surface::{directions, on_face};
 use crate::pfem::solution::stability::Bifurcation;
 use crate::pfem::solution::statics::{self, StaticOptions};
 use crate::pfem::{SolidError, Structure, supports};
 use nalgebra::Vector2;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Pieces of a side of an element in which the volume of the lumen is measured.
 const PIECES: usize = 8;
@@ -28,15 +29,28 @@ pub struct SectionFigures {
     pub shifts: Vec<f64>,
 }
 
-/// The wall under its pressures.
+/// The lumen along a branch, or over another part of the wall.
 #[derive(Debug, Clone, PartialEq)]
+pub struct PartFigures {
+    /// What the part is called.
+    pub name: String,
+    /// How far its inner side moves outwards under each pressure, mean over its area, m.
+    pub widenings: Vec<f64>,
+}
+
+/// The wall under its pressures.
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct WallFigures {
     /// Pressures of the figures, Pa, as far as the wall carries them.
     pub pressures: Vec<f64>,
     /// Share of each that the tissue around the wall carries; see [`Structure::tissue_share`].
     pub tissue_shares: Vec<f64>,
-    /// In the middle of the graft and of the artery.
+    /// In the middle of each section of a vessel.
     pub sections: Vec<SectionFigures>,
+    /// Along each branch of a tree.
+    pub parts: Vec<PartFigures>,
+    /// Volume of the lumen relative to that without load, of a tree.
+    pub volumes: Vec<f64>,
     /// Pressure (Pa) at which this wall loses its stability, if below [`Self::reach`].
     pub buckling: Option<f64>,
     /// The same for the wall without its imperfection: an imperfect wall bends more and more on the way there.
@@ -88,24 +102,77 @@ impl InflatableWall<'_> {
         }
     }
 
-    /// Volume (m³) between the lumen's surface and the origin, for a displacement: by the theorem of Gauss that of the
-    /// lumen, but for what the clamped ends close, which no displacement changes.
+    /// Volume of the lumen (m³) for a displacement, by the theorem of Gauss. Its ends are closed by triangles from the
+    /// rims to their middles.
     fn lumen_volume(&self, displacement: &[f64]) -> Result<f64, SolidError> {
+        let body = self.solid.body();
+        let place = |e: usize, xi: [f64; 3]| {
+            body.mapping.at(e, xi).position + body.displacement_at(e, xi, displacement)
+        };
+        let along = |i: usize| 2.0 * i as f64 / PIECES as f64 - 1.0;
+        let cone = |a: Vec3, b: Vec3, c: Vec3| a.dot(&b.cross(&c)) / 6.0;
+        let inner = supports::surface(self.mesh, "inner")?;
         let mut volume = 0.0;
-        for &(e, face) in supports::surface(self.mesh, "inner")? {
-            let place = |i: usize, j: usize| {
-                let [a, b] = [i, j].map(|i| 2.0 * i as f64 / PIECES as f64 - 1.0);
-                let xi = on_face(face, a, b);
-                self.solid.body().mapping.at(e, xi).position
-                    + self.solid.body().displacement_at(e, xi, displacement)
-            };
+        for &(e, face) in inner {
+            let at = |i: usize, j: usize| place(e, on_face(face, along(i), along(j)));
             for (i, j) in (0..PIECES * PIECES).map(|n| (n / PIECES, n % PIECES)) {
                 let [a, b, c, d] =
-                    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| place(i, j));
-                volume += (a.dot(&b.cross(&c)) + a.dot(&c.cross(&d))) / 6.0;
+                    [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| at(i, j));
+                volume += cone(a, b, c) + cone(a, c, d);
             }
         }
+        let inner: BTreeMap<usize, HexFace> = inner.iter().copied().collect();
+        let rims = self.mesh.surfaces.iter().filter(|(name, _)| !is_side(name));
+        for (_, faces) in rims {
+            let mut edges = Vec::new();
+            for (e, rim) in faces {
+                let Some(face) = inner.get(e) else { continue };
+                let [first, _] = directions(*face);
+                // Around the face, counter-clockwise seen from within the wall.
+                let is_forward = (rim.axis as usize == first) == rim.upper;
+                let end = if rim.upper { 1.0 } else { -1.0 };
+                let at = |i: usize| {
+                    let t = along(if is_forward { i } else { PIECES - i });
+                    let (a, b) = if rim.axis as usize == first {
+                        (end, t)
+                    } else {
+                        (t, end)
+                    };
+                    place(*e, on_face(*face, a, b))
+                };
+                edges.extend((0..PIECES).map(|i| (at(i), at(i + 1))));
+            }
+            let middle = edges.iter().map(|(a, _)| a).sum::<Vec3>() / edges.len().max(1) as f64;
+            volume += edges.iter().map(|(a, b)| cone(*b, *a, middle)).sum::<f64>();
+        }
         Ok(volume.abs())
+    }
+
+    /// How far (m) the inner side moves outwards along a branch, mean over its area, for a displacement.
+    fn widening(&self, branch: &str, displacement: &[f64]) -> Result<f64, SolidError> {
+        let body = self.solid.body();
+        let inner = supports::surface(self.mesh, "inner")?;
+        // The elements over a face are numbered one after the other, and the last one is outside.
+        let through = self.mesh.hexes.len() / inner.len();
+        let outside = supports::surface(self.mesh, &outer_side_of(branch))?;
+        let outside: BTreeSet<usize> = outside.iter().map(|(e, _)| *e).collect();
+        let is_here = |e: usize| outside.contains(&(e + through - 1));
+        let (mut swept, mut area) = (0.0, 0.0);
+        for &(e, face) in inner.iter().filter(|(e, _)| is_here(*e)) {
+            let place = |a: f64, b: f64| body.mapping.at(e, on_face(face, a, b)).position;
+            let diagonals = [
+                place(1.0, 1.0) - place(-1.0, -1.0),
+                place(-1.0, 1.0) - place(1.0, -1.0),
+            ];
+            let across = 0.5 * diagonals[0].cross(&diagonals[1]);
+            let within = body.mapping.at(e, [0.0; 3]).position - place(0.0, 0.0);
+            let outwards = across * across.dot(&within).signum();
+            swept += body
+                .displacement_at(e, on_face(face, 0.0, 0.0), displacement)
+                .dot(&outwards);
+            area += across.norm();
+        }
+        Ok(swept / area)
     }
 
     /// Mean radius and centre of the lumen around `x` (m), for a displacement.
@@ -195,7 +262,7 @@ impl Path<'_> {
 }
 
 impl WallFigures {
-    /// A wall with these sections under these `pressures` (Pa, ascending); `perfect` is the same without its
+    /// A vessel's wall with these sections under these `pressures` (Pa, ascending); `perfect` is the same without its
     /// imperfection, if it has one.
     ///
     /// # Errors
@@ -220,8 +287,57 @@ impl WallFigures {
                 Ok((empty, x, centre))
             };
         let mut sections: Vec<_> = sections.iter().map(section).collect::<Result<_, _>>()?;
-        let (mut reached, mut buckling) = (Vec::new(), None);
-        let mut tissue_shares = Vec::new();
+        let mut found = Self::under(wall, perfect, pressures, |displacement| {
+            for (section, x, old) in &mut sections {
+                let (radius, centre) = wall.lumen(*x, displacement)?;
+                section.loaded_radii.push(radius);
+                section.shifts.push((centre - *old).norm());
+            }
+            Ok(())
+        })?;
+        found.sections = sections.into_iter().map(|(section, ..)| section).collect();
+        Ok(found)
+    }
+
+    /// The wall of a tree with these branches under these `pressures` (Pa, ascending).
+    ///
+    /// # Errors
+    /// If the wall finds no equilibrium, or has no such branch.
+    pub fn of_tree(
+        wall: &InflatableWall,
+        branches: &[String],
+        pressures: &[f64],
+    ) -> Result<Self, SolidError> {
+        let zero = vec![0.0; wall.solid.body().coefficients()];
+        let empty = wall.lumen_volume(&zero)?;
+        let (mut volumes, mut parts) = (Vec::new(), Vec::new());
+        for name in branches {
+            parts.push(PartFigures {
+                name: name.clone(),
+                widenings: Vec::new(),
+            });
+        }
+        let mut found = Self::under(wall, None, pressures, |displacement| {
+            volumes.push(wall.lumen_volume(displacement)? / empty);
+            for part in &mut parts {
+                part.widenings
+                    .push(wall.widening(&part.name, displacement)?);
+            }
+            Ok(())
+        })?;
+        (found.volumes, found.parts) = (volumes, parts);
+        Ok(found)
+    }
+
+    /// What holds of any wall under these pressures, each of whose displacements is `measured` as far as it carries
+    /// them.
+    fn under(
+        wall: &InflatableWall,
+        perfect: Option<&InflatableWall>,
+        pressures: &[f64],
+        mut measure: impl FnMut(&[f64]) -> Result<(), SolidError>,
+    ) -> Result<Self, SolidError> {
+        let mut found = Self::default();
         let highest = pressures.last().copied().unwrap_or(0.0);
         let path = match perfect {
             Some(_) => wall.path(highest)?,
@@ -229,31 +345,24 @@ impl WallFigures {
         };
         for &pressure in pressures {
             let Some(displacement) = path.at(pressure)? else {
-                buckling = path.buckling();
+                found.buckling = path.buckling();
                 break;
             };
-            reached.push(pressure);
-            tissue_shares.push(wall.solid.tissue_share(pressure, &displacement));
-            for (section, x, old) in &mut sections {
-                let (radius, centre) = wall.lumen(*x, &displacement)?;
-                section.loaded_radii.push(radius);
-                section.shifts.push((centre - *old).norm());
-            }
+            found.pressures.push(pressure);
+            found
+                .tissue_shares
+                .push(wall.solid.tissue_share(pressure, &displacement));
+            measure(&displacement)?;
         }
         let far = match perfect {
             Some(perfect) => &perfect.far_path(highest)?,
             None => &path,
         };
-        let (perfect_buckling, reach) = (far.buckling(), far.pressure);
-        Ok(Self {
-            pressures: reached,
-            tissue_shares,
-            sections: sections.into_iter().map(|(section, ..)| section).collect(),
-            buckling: buckling.or(perfect_buckling.filter(|_| perfect.is_none())),
-            perfect_buckling,
-            reach,
-            is_cut_short: reach < REACH * highest,
-        })
+        (found.perfect_buckling, found.reach) = (far.buckling(), far.pressure);
+        let alike = found.perfect_buckling.filter(|_| perfect.is_none());
+        found.buckling = found.buckling.or(alike);
+        found.is_cut_short = found.reach < REACH * highest;
+        Ok(found)
     }
 }
 

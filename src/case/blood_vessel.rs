@@ -4,7 +4,7 @@ use super::schema::{KeyTable, Schema, ValueKind, above, from, whole};
 use super::table::{table, words};
 use super::{
     Anastomosis, Case, FluidTimeScheme, Inflow, Inlet, OpeningKeys, Outlet, Problem, ProblemKind,
-    RandomLumen, Solver, VesselDescription, WallMode, Windkessel,
+    RandomLumen, Solver, VesselDescription, WallMode, WallSupport, Windkessel,
 };
 use serde::{Deserialize, Serialize};
 
@@ -209,7 +209,8 @@ impl Case {
                     shape: keys.shape.unwrap_or(GivenShape::Loaded),
                     key_of_shape: "wall.initial.shape",
                     stretch: 1.0,
-                    tissue_rests_loaded: false,
+                    tissue_rests_loaded: (own.wall.support.iter().flatten())
+                        .any(WallSupport::rests_loaded),
                 })
             }
         }

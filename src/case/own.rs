@@ -2,7 +2,7 @@
 
 use super::schema::{ValueKind, above, from, whole};
 use super::table::{choice, table, words};
-use super::{GivenShape, NamedMaterial, TreeKeys};
+use super::{GivenShape, NamedMaterial, TissueDirection, TreeKeys};
 use std::path::PathBuf;
 
 table! {
@@ -185,23 +185,28 @@ table! {
 }
 
 choice! {
-    /// Something that holds surfaces of the wall. An extruded wall has the surfaces `inner` and `outer`, and its rims
-    /// are called as the patches that the wet ones end at; those of a file have its names.
+    /// Something that holds surfaces of the wall. An extruded wall has the surfaces `inner` and `outer`; `outer:` and a
+    /// name is the part over that branch or patch; rims are called as the patches that the wet ones end at. Those of a
+    /// file have its names.
     pub enum WallSupport by "support", "what holds these surfaces of the wall" {
         /// No displacement.
         Clamped = "clamped" {
             surfaces: Vec<String> = "surfaces", ValueKind::Names(100), "surfaces of the wall that are held";
         }
-        /// No displacement along some of the axes.
+        /// No displacement in some directions.
         Sliding = "sliding" {
             surfaces: Vec<String> = "surfaces", ValueKind::Names(100), "surfaces of the wall that are held";
-            held: Vec<String> = "held", ValueKind::Names(3), "axes along which they do not move: x, y, z";
+            held: Vec<String> = "held", ValueKind::Names(5), "directions in which they do not move: x, y, z; of ends of a tree also axial (they stay in their plane) and tangential (they do not turn)";
         }
-        /// Springs and dampers in all directions.
+        /// Springs and dampers; those of several tables add up.
         Springs = "springs" {
             surfaces: Vec<String> = "surfaces", ValueKind::Names(100), "surfaces of the wall that are held";
             spring: f64 = "spring_Pa_m", from(0.0, 1e15), "force per reference area and displacement";
             damping: Option<f64> = "damping_Pa_s_m", from(0.0, 1e12), "force per reference area and velocity", absent "0";
+            direction: Option<TissueDirection> = "direction", ValueKind::Word(TissueDirection::WORDS),
+                "direction of displacement that they resist; along or away from the lines of a tree", absent "all";
+            at_rest: Option<GivenShape> = "at_rest", ValueKind::Word(GivenShape::WORDS),
+                "state of the wall in which the springs carry no force; loaded is that at t = 0", absent "unloaded";
         }
     }
 }
@@ -214,6 +219,17 @@ impl WallSupport {
             | Self::Sliding { surfaces, .. }
             | Self::Springs { surfaces, .. } => surfaces,
         }
+    }
+
+    /// Whether springs carry no force in the loaded shape.
+    pub fn rests_loaded(&self) -> bool {
+        matches!(
+            self,
+            Self::Springs {
+                at_rest: Some(GivenShape::Loaded),
+                ..
+            }
+        )
     }
 }
 

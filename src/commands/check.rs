@@ -9,7 +9,7 @@ use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::Pressures;
-use crate::case::{BloodVessel, Case, ConditionKeys, ResolvedCase, VesselSide};
+use crate::case::{BloodVessel, Case, ConditionKeys, ResolvedCase, TreeKeys, VesselSide};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Section, Vessel};
 use crate::output::progress::{human, tell_preparation};
@@ -39,7 +39,7 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     tell_preparation();
     let case = arguments.case.load(&arguments.folder)?;
-    let pressed = arguments.wall.then(|| elastic_vessel(&case)).transpose()?;
+    let pressed = arguments.wall.then(|| elastic_wall(&case)).transpose()?;
     let openfoam = openfoam(&case)?;
     let fit = case.own().map(|_| fit(&case)).transpose()?;
     let (cells, degrees_of_freedom, wall) = match &fit {
@@ -111,8 +111,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(deviation) = case.lumen_deviation().filter(Deviation::is_large) {
         terminal::note(format_args!("warning: {}", told(&deviation)));
     }
-    if let Some(vessel) = pressed {
-        terminal::print(in_figures(&case, vessel)?)?;
+    if let Some(wall) = pressed {
+        terminal::print(in_figures(&case, &wall)?)?;
     }
     Ok(())
 }
@@ -134,16 +134,26 @@ fn openfoam(case: &ResolvedCase) -> Result<String, Failure> {
     })
 }
 
-/// The vessel whose wall can be put under pressure alone.
-fn elastic_vessel(case: &Case) -> Result<&BloodVessel, Failure> {
-    let reason = match case.vessel() {
-        Some(vessel) if !vessel.is_rigid() => return Ok(vessel),
-        Some(_) => "--wall: no section of the vessel is elastic; leave the option out",
-        None => {
-            "--wall: only a [vessel] can be put under pressure alone, and this case has none; leave the option out"
+/// A wall that can be put under pressure alone.
+enum Pressed<'a> {
+    Vessel(&'a BloodVessel),
+    Tree(&'a TreeKeys),
+}
+
+/// The wall of a case, if it can be put under pressure alone.
+fn elastic_wall(case: &Case) -> Result<Pressed<'_>, Failure> {
+    let reason = match (case.vessel(), case.tree()) {
+        (Some(vessel), _) if !vessel.is_rigid() => return Ok(Pressed::Vessel(vessel)),
+        (Some(_), _) => "no section of the vessel is elastic",
+        (None, Some(tree)) if case.has_elastic_wall() => return Ok(Pressed::Tree(tree)),
+        (None, Some(_)) => "the wall of the tree is not elastic",
+        (None, None) => {
+            "only a [vessel] and a [tree] can be put under pressure alone, and this case has none"
         }
     };
-    Err(Failure::Input(reason.into()))
+    Err(Failure::Input(format!(
+        "--wall: {reason}; leave the option out"
+    )))
 }
 
 /// What is to be expected of a case, a line each: its label and the text. Further lines belong here.
@@ -363,31 +373,46 @@ fn mmhg(pressure: f64) -> String {
 }
 
 /// What `--wall` prints.
-fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
+fn in_figures(case: &Case, pressed: &Pressed<'_>) -> Result<String, Failure> {
     // The wall's own compliance, which is left out, brings them closer together.
-    let maker = match vessel.condition_at(VesselSide::End) {
-        _ if !vessel.condition_at(VesselSide::Start).is_flow() => "the inlet makes",
-        ConditionKeys::Windkessel { .. } => "the windkessel makes",
-        _ => "the outlet makes",
+    let period = case.time.period;
+    let (maker, expected) = match pressed {
+        Pressed::Tree(tree) => (
+            "the openings make",
+            Pressures::expected_in_tree(tree, period),
+        ),
+        Pressed::Vessel(vessel) => {
+            let maker = match vessel.condition_at(VesselSide::End) {
+                _ if !vessel.condition_at(VesselSide::Start).is_flow() => "the inlet makes",
+                ConditionKeys::Windkessel { .. } => "the windkessel makes",
+                _ => "the outlet makes",
+            };
+            (maker, Pressures::expected(vessel, period))
+        }
     };
-    let expected =
-        Pressures::expected(vessel, case.time.period).map_err(|e| Failure::Input(e.to_string()))?;
+    let expected = expected.map_err(|e| Failure::Input(e.to_string()))?;
     if expected.mean.min(expected.highest) <= 0.0 {
         return Err(Failure::Input(format!(
             "--wall: {maker} a mean pressure of {:.0} Pa; only walls under internal pressure are examined",
             expected.mean
         )));
     }
-    let wall = figures(case, vessel, &[expected.mean, expected.highest])
-        .map_err(|e| Failure::Run(e.to_string()))?;
+    let pressures = [expected.mean, expected.highest];
+    let wall = match pressed {
+        Pressed::Vessel(vessel) => figures(case, vessel, &pressures),
+        Pressed::Tree(tree) => with_wall(case, |wall| {
+            WallFigures::of_tree(wall, &tree.branches(), &pressures)
+        }),
+    };
+    let wall = wall.map_err(|e| Failure::Run(e.to_string()))?;
     let mut text = format!(
         "the wall alone, in statics; {maker} {} on average and at most {}\n",
         mmhg(expected.mean),
         mmhg(expected.highest)
     );
     text += &radii(&wall);
-    let tissue = vessel.surroundings.as_ref();
-    if tissue.is_some_and(|tissue| tissue.spring.is_some()) {
+    text += &widenings(&wall);
+    if wall.tissue_shares.iter().any(|share| *share != 0.0) {
         for (pressure, share) in wall.pressures.iter().zip(&wall.tissue_shares) {
             text += &format!(
                 "  of {} the tissue around the wall carries {:.1} %\n",
@@ -396,8 +421,24 @@ fn in_figures(case: &Case, vessel: &BloodVessel) -> Result<String, Failure> {
             );
         }
     }
-    text += &buckling(&wall, expected.highest);
+    let is_perfect = matches!(pressed, Pressed::Tree(_));
+    text += &buckling(&wall, expected.highest, is_perfect);
     Ok(text)
+}
+
+/// How far the wall of a tree is widened.
+fn widenings(wall: &WallFigures) -> String {
+    let mut text = String::new();
+    for (i, (pressure, volume)) in wall.pressures.iter().zip(&wall.volumes).enumerate() {
+        let parts = wall.parts.iter();
+        let parts = parts.map(|part| format!("{} {:.3} mm", part.name, 1e3 * part.widenings[i]));
+        text += &format!(
+            "  under {} the lumen has {volume:.3} times the volume that it has without load; wider by: {}\n",
+            mmhg(*pressure),
+            parts.collect::<Vec<_>>().join(", ")
+        );
+    }
+    text
 }
 
 /// How far the wall is widened and moved sideways in the middle of each section.
@@ -427,15 +468,20 @@ fn radii(wall: &WallFigures) -> String {
     text
 }
 
-/// Where the wall buckles, next to the highest pressure (Pa) that is expected.
-fn buckling(wall: &WallFigures, highest: f64) -> String {
+/// Where the wall buckles, next to the highest pressure (Pa) that is expected; one that `is_perfect` has no imperfection
+/// that it could be without.
+fn buckling(wall: &WallFigures, highest: f64, is_perfect: bool) -> String {
     let mut text = String::new();
-    if let Some(pressure) = wall.buckling {
+    let without = match is_perfect {
+        true => "",
+        false => "without its imperfection ",
+    };
+    if let Some(pressure) = wall.buckling.filter(|_| !is_perfect) {
         text += &format!("  it buckles at {}\n", mmhg(pressure));
     }
     text += &match wall.perfect_buckling {
         Some(pressure) => format!(
-            "  without its imperfection it buckles at {}, {:.2} times the highest pressure{}\n",
+            "  {without}it buckles at {}, {:.2} times the highest pressure{}\n",
             mmhg(pressure),
             pressure / highest,
             if pressure < 1.25 * highest {
@@ -445,7 +491,7 @@ fn buckling(wall: &WallFigures, highest: f64) -> String {
             }
         ),
         None => format!(
-            "  without its imperfection it does not buckle up to {}{}\n",
+            "  {without}it does not buckle up to {}{}\n",
             mmhg(wall.reach),
             if wall.is_cut_short {
                 ", the highest pressure; no equilibrium was found at twice that"

@@ -32,7 +32,7 @@ mod wall_file;
 
 pub use centre_shift::CentreShift;
 pub use described::ANY as RIGID_MATERIAL;
-pub use extruded::{Growth, GrowthError, SurfaceError, WetQuads};
+pub use extruded::{Growth, GrowthError, SurfaceError, WetQuads, is_side, outer_side_of};
 pub use fsi_pfem::mesh::{
     HexFace, HexMesh, HexShape, Surfaces, WallDirections, WallGrid, tube_mesh,
 };

@@ -326,11 +326,11 @@ impl Discretization {
             .sum()
     }
 
-    /// Force (N) with which springs press the surface `name` inwards, summed over its area.
-    pub fn inward_spring_force(&self, name: &str, displacement: &[f64]) -> f64 {
-        let foundations = self.foundations.iter();
-        foundations
-            .map(|foundation| foundation.inward_force(name, &self.numbering, displacement))
+    /// Force (N) with which springs press the surface `outer` and parts of it inwards, summed over its area.
+    pub fn inward_spring_force(&self, displacement: &[f64]) -> f64 {
+        let outside = (self.foundations.iter()).filter(|it| it.surface().starts_with("outer"));
+        outside
+            .map(|foundation| foundation.inward_force(&self.numbering, displacement))
             .sum()
     }
 

@@ -141,8 +141,9 @@ impl Profile {
     }
 }
 
-/// Stiffness (Pa/m) with which an end that slides radially is kept from turning and from moving sideways: traction
-/// there moves it by 1e-12 m for each Pa. That is as stiff as the bulk of a wall that is nearly incompressible.
+/// Stiffness (Pa/m) with which guided ends are kept from turning, and from moving sideways or along their axis:
+/// traction there moves them by 1e-12 m for each Pa. That is as stiff as the bulk of a wall that is nearly
+/// incompressible.
 const GUIDE: f64 = 1e12;
 
 /// The surface `name` is a cross-section at an end of a vessel that slides in its plane.
@@ -152,13 +153,25 @@ pub fn sliding(name: &str) -> Support {
 
 /// The same of an end that slides radially.
 pub fn sliding_radially(name: &str) -> [Support; 2] {
-    let guide = Foundation {
+    [sliding(name), guide(name, Direction::Tangential, None)]
+}
+
+/// The surface `name` hardly moves in this direction of an axis, of the x-axis if there is none.
+pub fn guide(name: &str, direction: Direction, axis: Option<Arc<dyn Axis>>) -> Support {
+    Support::Foundation(Foundation {
         surface: name.into(),
         spring: Profile::constant(GUIDE),
-        direction: Direction::Tangential,
+        direction,
+        axis,
         ..Foundation::default()
-    };
-    [sliding(name), Support::Foundation(guide)]
+    })
+}
+
+impl Foundation {
+    /// Whether it keeps its surface in the planes across its axis.
+    pub fn keeps_in_plane(&self) -> bool {
+        self.direction == Direction::Axial && self.spring == Profile::constant(GUIDE)
+    }
 }
 
 /// The same of an end in springs (Pa/m) that resist all directions.

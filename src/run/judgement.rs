@@ -69,9 +69,18 @@ impl Judgement {
             jump: jumps[face],
             highest_modes: statistics.modes_at_wall.get(face).map(HighestModes::share),
         };
+        let finer = match case.tree() {
+            Some(_) => {
+                "raise tree.native.degree, tree.native.core or tree.native.radial, or shorten tree.native.length"
+            }
+            None => {
+                "raise fluid.native.degree, fluid.native.core, fluid.native.radial or fluid.native.axial_per_section"
+            }
+        };
+        let resolution = Resolution::new(numbers, &fields, &jumps, statistics, finer);
         Ok(Self {
             faces: fields.places.iter().enumerate().map(row).collect(),
-            resolution: Some(Resolution::new(numbers, &fields, &jumps, statistics)),
+            resolution: Some(resolution),
             steadiness,
             periodic,
         })

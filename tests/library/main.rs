@@ -52,6 +52,7 @@ mod solid_support;
 mod tissue;
 mod transfer;
 mod tree_shapes;
+mod tree_supports;
 mod tree_surface;
 mod trees;
 mod unloaded_tubes;

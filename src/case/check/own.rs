@@ -3,10 +3,12 @@
 use super::{Report, material};
 use crate::case::{
     Case, Extrusion, FluidTimeScheme, GivenShape, OwnCase, OwnFluid, OwnRegion, OwnWall, Solver,
-    SurrogateModel, TreeKeys, WallFile, WallMode, WallSupport,
+    SurrogateModel, TissueDirection, TreeKeys, WallFile, WallMode, WallSupport,
 };
 use std::path::Path;
 
+/// Directions in which an end of a tree may be held, beside the axes.
+const GUIDES: [&str; 2] = ["axial", "tangential"];
 /// Kinds of files with hexahedra, by the ends of their names.
 pub const MESH_FILES: [&str; 3] = ["msh", "inp", "vtu"];
 
@@ -36,7 +38,7 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
     if let Some(file) = &wall.file {
         from_file(wall, file, report);
     }
-    supports(wall, report);
+    supports(own, report);
 }
 
 /// The blood flows in a mesh of OpenFOAM's, or in that of a tree.
@@ -411,16 +413,45 @@ fn from_file(wall: &OwnWall, file: &WallFile, report: &mut Report<'_>) {
     );
 }
 
-fn supports(wall: &OwnWall, report: &mut Report<'_>) {
-    for (i, support) in wall.support.iter().flatten().enumerate() {
-        let WallSupport::Sliding { held, .. } = support else {
+fn supports(own: &OwnCase, report: &mut Report<'_>) {
+    let ends = own
+        .tree
+        .as_ref()
+        .map_or_else(Vec::new, TreeKeys::open_names);
+    for (i, support) in own.wall.support.iter().flatten().enumerate() {
+        let key = |name: &str| format!("wall.support[{i}].{name}");
+        report(
+            &[&key("at_rest")],
+            support.rests_loaded() && own.wall.initial.is_none(),
+            "the wall begins without load: add a table [wall.initial], or write \"unloaded\""
+                .into(),
+        );
+        if let WallSupport::Springs { direction, .. } = support {
+            report(
+                &[&key("direction")],
+                direction.is_some_and(|it| it != TissueDirection::All) && own.tree.is_none(),
+                "the axis is that of the lines of a [tree], which this case has not: expected \"all\"".into(),
+            );
+        }
+        let WallSupport::Sliding { held, surfaces } = support else {
             continue;
         };
         report(
-            &[&format!("wall.support[{i}].held")],
+            &[&key("held")],
             held.iter()
-                .any(|axis| !["x", "y", "z"].contains(&axis.as_str())),
-            "expected \"x\", \"y\", \"z\", or two of them".into(),
+                .any(|axis| !["x", "y", "z"].contains(&axis.as_str()) && !GUIDES.contains(&axis.as_str())),
+            "expected \"x\", \"y\", \"z\", or two of them; for ends of a tree \"axial\", \"tangential\" or both".into(),
+        );
+        let is_guided = held.iter().any(|axis| GUIDES.contains(&axis.as_str()));
+        let other = surfaces.iter().find(|name| !ends.contains(name));
+        report(
+            &[&key("held"), &key("surfaces")],
+            is_guided && other.is_some(),
+            format!(
+                "\"axial\" and \"tangential\" are for ends of a tree, and {:?} is none of \"{}\"",
+                other.map_or("", String::as_str),
+                ends.join("\", \"")
+            ),
         );
     }
 }

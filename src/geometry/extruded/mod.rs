@@ -37,6 +37,8 @@ pub struct Growth {
     pub thicknesses: Vec<Vec<f64>>,
     /// Region of each layer, for each of the surface's patches.
     pub regions: Vec<Vec<usize>>,
+    /// What each of these patches is called in the names of [parts of the outer side](outer_side_of).
+    pub parts: Vec<String>,
     /// Outward unit normals at the points of the surface.
     pub normals: Vec<Vec3>,
     /// Directions along the vessel at the points; if there are none, elements follow the rows of faces along which the
@@ -67,6 +69,16 @@ pub enum GrowthError {
     Name(String),
 }
 
+/// Name of the outer side of an extruded wall over one part of its surface.
+pub fn outer_side_of(part: &str) -> String {
+    format!("outer:{part}")
+}
+
+/// Whether a surface of an extruded wall is one of its sides, not a rim.
+pub fn is_side(name: &str) -> bool {
+    matches!(name, "inner" | "outer") || name.starts_with("outer:")
+}
+
 fn possible(fitting: &[usize]) -> String {
     let numbers: Vec<String> = fitting.iter().map(usize::to_string).collect();
     match &numbers[..] {
@@ -76,7 +88,8 @@ fn possible(fitting: &[usize]) -> String {
 }
 
 impl WetQuads {
-    /// A wall on this surface. Its surfaces are `inner`, `outer`, and its rims by the names of the patches there. Local
+    /// A wall on this surface. Its surfaces are `inner`, `outer`, the [parts](outer_side_of) of that, and its rims by the
+    /// names of the patches there. Local
     /// coordinates of an element: 0 and 1 along the surface, 0 the one along which it bends less; 2 outward. If the
     /// points lie on a known lumen, the elements' inner side does so between them as well.
     ///
@@ -138,9 +151,11 @@ impl WetQuads {
                 }
                 if k == through - 1 {
                     name("outer", 2, true);
+                    let part = &growth.parts[self.patches[group.face]];
+                    name(&outer_side_of(part), 2, true);
                 }
                 for (patch, axis, upper) in &rims {
-                    if ["inner", "outer"].contains(patch) {
+                    if is_side(patch) {
                         return Err(GrowthError::Name((*patch).to_owned()));
                     }
                     name(patch, *axis, *upper);

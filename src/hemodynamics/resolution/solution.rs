@@ -37,12 +37,14 @@ pub struct Resolution {
 }
 
 impl Resolution {
-    /// From what was gathered over the window of a run; `jumps` are those of its faces.
+    /// From what was gathered over the window of a run; `jumps` are those of its faces, `advice` says which keys make
+    /// elements finer.
     pub fn new(
         numbers: Option<FlowNumbers>,
         fields: &WallFields,
         jumps: &[Option<f64>],
         statistics: &WindowStatistics,
+        advice: &str,
     ) -> Self {
         let faces = || jumps.iter().zip(&fields.areas);
         let (mut area, mut squares) = (0.0, 0.0);
@@ -63,12 +65,12 @@ impl Resolution {
             jumps,
             findings: numbers.map_or(Vec::new(), |numbers| numbers.findings()),
         };
-        let shown = found.shown().into_iter().flatten();
+        let shown = found.shown(advice).into_iter().flatten();
         found.findings.extend(shown.collect::<Vec<_>>());
         found
     }
 
-    fn shown(&self) -> [Option<ResolutionFinding>; 3] {
+    fn shown(&self, advice: &str) -> [Option<ResolutionFinding>; 3] {
         let finding = |value: Option<f64>, doubt, limit: f64, text: &dyn Fn(f64) -> String| {
             value
                 .filter(|value| *value > limit)
@@ -79,7 +81,6 @@ impl Resolution {
                     text: text(value),
                 })
         };
-        let advice = "raise fluid.native.degree, fluid.native.core, fluid.native.radial or fluid.native.axial_per_section";
         [
             finding(
                 self.highest_modes_at_wall,

@@ -227,12 +227,13 @@ impl Foundation {
             .add_point_forces(numbering, &resistance, forces);
     }
 
-    /// Force (N) with which the springs of the surface `name` press it inwards, summed over the points; zero of another
-    /// surface.
-    pub fn inward_force(&self, name: &str, numbering: &Numbering, displacement: &[f64]) -> f64 {
-        if self.described.surface != name {
-            return 0.0;
-        }
+    /// The surface that it holds.
+    pub fn surface(&self) -> &str {
+        &self.described.surface
+    }
+
+    /// Force (N) with which the springs press their surface inwards, summed over the points.
+    pub fn inward_force(&self, numbering: &Numbering, displacement: &[f64]) -> f64 {
         let resistance = self.resistance(numbering, displacement);
         let pairs = resistance.iter().zip(&self.surface.points);
         pairs.map(|(force, point)| force.dot(&point.normal)).sum()

@@ -1,6 +1,7 @@
 //! What a case is about: the bodies, their meshes, and what holds the solid. The one place where it is chosen.
 
 pub(super) mod own;
+mod supports;
 
 use crate::Vec3;
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};

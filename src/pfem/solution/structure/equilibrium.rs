@@ -130,7 +130,7 @@ impl Structure {
     /// forces with which its springs press the outer surface inwards, over those with which the pressure presses the
     /// inner one outwards.
     pub fn tissue_share(&self, pressure: f64, displacement: &[f64]) -> f64 {
-        let inwards = self.body().inward_spring_force("outer", displacement);
+        let inwards = self.body().inward_spring_force(displacement);
         inwards / (pressure * self.wet_area(displacement))
     }
 

@@ -1,17 +1,17 @@
 //! The domain of a user-supplied OpenFOAM case: its mesh as it is, and a wall on its patches.
 
-use super::{Branches, Domain, DomainError, RoundLumen};
+use super::{Branches, Domain, DomainError, RoundLumen, supports};
 use crate::Vec3;
 use crate::case::{
     Case, Extrusion, FibreAxis, OwnCase, OwnWall, PatchLayers, StructureSettings, SurrogateModel,
-    TreeKeys, WallFile, WallMode, WallMotion, WallSupport,
+    TreeKeys, WallFile, WallMode, WallMotion,
 };
 use crate::files::{Fault, FileError, fault};
 use crate::fluid::openfoam::own_case::{OwnCaseFiles, PatchMotion};
 use crate::geometry::tree::{Lumen, Tree};
 use crate::geometry::{self, Growth, HexMesh, Patch, PolyMesh, RIGID_MATERIAL, WET, WetQuads};
 use crate::pfem::element::mapping::{Mapping, MappingKind};
-use crate::pfem::supports::{Direction, Foundation, Profile, Support};
+use crate::pfem::supports::{Profile, Support};
 use crate::pfem::{PrescribedMotion, Space, SpaceKind};
 use crate::tabular::{Sheet, units};
 use fsi_numerics::quadrature::Rule;
@@ -138,18 +138,22 @@ pub fn moving_patches(own: &OwnCase, domain: &Domain) -> BTreeMap<String, PatchM
                 .surfaces
                 .get(&patch.name)
                 .filter(|_| own.wall.is_extruded())?;
-            let mut held = [false; 3];
+            let (mut held, mut in_plane) = ([false; 3], false);
             for support in &domain.supports {
                 match support {
                     Support::Clamped(name) if *name == patch.name => held = [true; 3],
                     Support::Surface(name, more) if *name == patch.name => {
                         held = std::array::from_fn(|i| held[i] || more[i]);
                     }
+                    Support::Foundation(guide) if guide.surface == patch.name => {
+                        in_plane |= guide.keeps_in_plane();
+                    }
                     _ => {}
                 }
             }
             let across = |n: Vec3| (0..3).all(|i| held[i] || n[i].abs() < 1e-6);
-            (held != [true; 3]).then(|| plane_normal(mesh, patch).is_some_and(across))
+            (held != [true; 3])
+                .then(|| plane_normal(mesh, patch).is_some_and(|n| in_plane || across(n)))
         }
     };
     let motion = |patch: &Patch| {
@@ -212,7 +216,8 @@ pub fn domain(case: &Case, own: &OwnCase) -> Result<Domain, DomainError> {
         (None, Some(file)) => (from_file(wall, file)?, WET),
         (None, None) => unreachable!("the check of the case asks for a wall"),
     };
-    let supports = supports(wall, &solid).map_err(|e| DomainError::new("wall.support", e))?;
+    let supports = supports::of(own, &solid, branches.as_ref());
+    let supports = supports.map_err(|e| DomainError::new("wall.support", e))?;
     Ok(Domain {
         elastic_cells: 0..fluid.cells(),
         fluid,
@@ -463,8 +468,8 @@ fn extruded_with(
         }
     };
     let branches = own.tree.as_ref().map(TreeKeys::branches);
-    let patches = patches.iter().enumerate();
-    let layers: Vec<PatchLayers> = patches
+    let numbered = patches.iter().enumerate();
+    let layers: Vec<PatchLayers> = numbered
         .map(|(i, patch)| extrusion.layers_of(patch, branches.as_ref().map(|names| &*names[i])))
         .collect();
     let mut radii = Vec::new();
@@ -499,6 +504,7 @@ fn extruded_with(
         regions: (layers.iter())
             .map(|layers| layers.materials.iter().map(region).collect())
             .collect(),
+        parts: branches.unwrap_or(patches),
         axes: along.map(|potential| surface.gradients(potential, &normals)),
         normals,
     };
@@ -634,50 +640,4 @@ fn nearest(places: &[Vec3], x: &Vec3) -> usize {
         .enumerate();
     let nearest = distances.min_by(|a, b| a.1.total_cmp(&b.1));
     nearest.map_or(0, |(place, _)| place)
-}
-
-/// What holds the wall; the rims of one that is extruded are clamped by default.
-fn supports(wall: &OwnWall, mesh: &HexMesh) -> Result<Vec<Support>, Fault> {
-    let Some(described) = &wall.support else {
-        let rims = mesh
-            .surfaces
-            .keys()
-            .filter(|name| !["inner", "outer"].contains(&name.as_str()));
-        let supports: Vec<Support> = rims.map(|name| Support::Clamped(name.clone())).collect();
-        return match supports.is_empty() {
-            true => Err(
-                "the wall has no rim, and nothing holds it: add a table [[wall.support]]".into(),
-            ),
-            false => Ok(supports),
-        };
-    };
-    let mut supports = Vec::new();
-    for support in described {
-        for name in support.surfaces() {
-            if !mesh.surfaces.contains_key(name) {
-                let known: Vec<&str> = mesh.surfaces.keys().map(String::as_str).collect();
-                return Err(fault!(
-                    "the wall has no surface {name:?}; it has \"{}\"",
-                    known.join("\", \"")
-                ));
-            }
-            supports.push(match support {
-                WallSupport::Clamped { .. } => Support::Clamped(name.clone()),
-                WallSupport::Sliding { held, .. } => {
-                    let is_held = |axis: &str| held.iter().any(|name| name == axis);
-                    Support::Surface(name.clone(), ["x", "y", "z"].map(is_held))
-                }
-                WallSupport::Springs {
-                    spring, damping, ..
-                } => Support::Foundation(Foundation {
-                    surface: name.clone(),
-                    spring: Profile::constant(*spring),
-                    damping: damping.map_or(Profile::default(), Profile::constant),
-                    direction: Direction::All,
-                    ..Foundation::default()
-                }),
-            });
-        }
-    }
-    Ok(supports)
 }
