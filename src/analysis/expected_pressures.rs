@@ -138,3 +138,42 @@ fn common(openings: &[Opening], stored: &mut [f64], time: f64, step: f64) -> f64
     }
     pressure
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two windkessels side by side make the pressures of one with half their resistances and twice their compliance.
+    #[test]
+    fn windkessels_side_by_side_are_one() {
+        let windkessel = "condition = \"windkessel\"\nproximal_resistance_Pa_s_m3 = 2e8\nresistance_Pa_s_m3 = 3.8e9\n\
+                          compliance_m3_Pa = 2.5e-10\ninitial_pressure_Pa = 3e3\n";
+        let line = "points_m = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.1]]\nradii_m = [0.003, 0.003]\n";
+        let text = format!(
+            "[[line]]\nname = \"left\"\n{line}[[line]]\nname = \"right\"\n{line}[[opening]]\nname = \"inlet\"\n\
+             condition = \"flow\"\nbase_m3_s = 1e-6\namplitude_m3_s = 4e-6\nsystole_s = 0.4\n[[opening]]\n\
+             name = \"left\"\n{windkessel}[[opening]]\nname = \"right\"\n{windkessel}"
+        );
+        let tree: TreeKeys = toml::from_str(&text).unwrap();
+        let found = Pressures::expected_in_tree(&tree, 0.9).unwrap();
+        let openings = tree.openings(0.9).unwrap();
+        let Condition::Flow(curve, _) = &openings[0].condition else {
+            panic!("{openings:?}")
+        };
+        let both = ThreeElements {
+            proximal: 1e8,
+            resistance: 1.9e9,
+            compliance: 5e-10,
+            vessel: 0.0,
+        };
+        let whole = both.pressures(curve);
+        let pairs = [
+            (found.mean, whole.mean),
+            (found.lowest, whole.lowest),
+            (found.highest, whole.highest),
+        ];
+        for (a, b) in pairs {
+            assert!((a / b - 1.0).abs() < 5e-4, "{found:?} {whole:?}");
+        }
+    }
+}

@@ -106,13 +106,18 @@ impl WetSurface {
                 .iter()
                 .map(|(_, line)| line.nearest(&middle))
                 .enumerate();
-            let off = |nearest: &NearestPoint| (nearest.frame.origin - middle).norm();
+            // A line ends where the next ones begin: there they are nearer, not what would go on straight.
+            let off = |(line, nearest): &(usize, NearestPoint)| {
+                let curve = &lines[*line].1;
+                let [from, to] = curve.ends();
+                (curve.frame(nearest.s.clamp(from, to)).origin - middle).norm()
+            };
             let of_patch = all
                 .clone()
                 .filter(|(i, _)| self.is_of_patch(face, &lines[*i].0));
-            let found = of_patch.min_by(|a, b| off(&a.1).total_cmp(&off(&b.1)));
+            let found = of_patch.min_by(|a, b| off(a).total_cmp(&off(b)));
             let (line, nearest) = found
-                .or_else(|| all.min_by(|a, b| off(&a.1).total_cmp(&off(&b.1))))
+                .or_else(|| all.min_by(|a, b| off(a).total_cmp(&off(b))))
                 .expect("there is a line");
             (line, nearest.s)
         };
@@ -125,9 +130,14 @@ impl WetSurface {
         }
     }
 
+    /// The number of the centre-line of a face.
+    pub fn line_number(&self, face: usize) -> usize {
+        self.line_of.get(face).copied().unwrap_or(0)
+    }
+
     /// The centre-line of a face.
     fn line(&self, face: usize) -> &SpaceCurve {
-        &self.lines[self.line_of.get(face).copied().unwrap_or(0)]
+        &self.lines[self.line_number(face)]
     }
 
     /// The centre-line of the face nearest to a point (m).
@@ -390,6 +400,31 @@ pub(crate) mod tests {
             }
         }
         WetSurface::new(points, faces)
+    }
+
+    /// A face of a branch is around that branch, although the one before it, if it went on straight, would be nearer.
+    #[test]
+    fn faces_are_around_the_branch_that_reaches_them() {
+        let (sin, cos) = 20f64.to_radians().sin_cos();
+        let (junction, along, across) = (
+            Vec3::x(),
+            Vec3::new(cos, sin, 0.0),
+            Vec3::new(sin, -cos, 0.0),
+        );
+        let before = SpaceCurve::through(&[Vec3::zeros(), junction], Vec3::z());
+        let after = SpaceCurve::through(&[junction, junction + along * 3.0], Vec3::z());
+        let middle = junction + along * 2.0 + across * 0.5;
+        let corners = [along, Vec3::z(), -along - Vec3::z()];
+        let points = corners.map(|corner| middle + corner * 0.1).to_vec();
+        let mut wall = WetSurface::new(points, vec![vec![0, 1, 2]]);
+        wall.patches = vec!["between".into()];
+        let lines = [
+            ("between".to_owned(), before),
+            ("between".to_owned(), after),
+        ];
+        let wall = wall.along_branches(&lines);
+        assert_eq!(wall.line_number(0), 1);
+        assert_relative_eq!(wall.along(0), 2.0, max_relative = 1e-6);
     }
 
     /// A part of a tube has its area and volume also between the cross sections of the mesh.

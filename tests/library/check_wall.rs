@@ -2,6 +2,7 @@
 
 use crate::near_buckling::NEAR_BUCKLING;
 use crate::pfem_support::radial;
+use crate::trees::{TREE, load, swc};
 use fsi_driver::case::{Case, Preset};
 use std::path::Path;
 use std::process::Command;
@@ -15,11 +16,16 @@ fn between<'a>(text: &'a str, before: &str, after: &str) -> &'a str {
 /// What the check says of S-0.0's wall on the mesh of `demo`, with these values.
 fn check(set: &[(&str, &str)]) -> String {
     let set = set.iter().map(|(key, value)| format!("{key}={value}"));
+    let start = ["tests/cases/S-0.0", "--set", "fluid.solver=native"].map(str::to_owned);
+    checked(start.into_iter().chain(set))
+}
+
+/// What the check says of a wall with these arguments.
+fn checked(arguments: impl IntoIterator<Item = String>) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["check", "tests/cases/S-0.0", "--preset", "demo", "--wall"])
-        .args(["--set", "fluid.solver=native"])
-        .args(set)
+        .args(["check", "--preset", "demo", "--wall"])
+        .args(arguments)
         .output()
         .unwrap();
     let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
@@ -141,4 +147,51 @@ fn a_wall_without_equilibrium_far_above_keeps_its_figures() {
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
+}
+
+/// The wall of a tree widens under the pressures that its openings make about as long tubes do that are held along their
+/// axes.
+#[test]
+fn the_wall_of_a_tree_is_put_under_the_pressures_of_its_openings() {
+    let windkessel = |name: &str| {
+        format!(
+            "name = \"{name}\"\ncondition = \"windkessel\"\nproximal_resistance_Pa_s_m3 = 2e8\n\
+             resistance_Pa_s_m3 = 3.8e9\ncompliance_m3_Pa = 2.5e-10\ninitial_pressure_Pa = 3e3\n"
+        )
+    };
+    let resistance = "\nname = \"left\"\ncondition = \"resistance\"\nresistance_Pa_s_m3 = 1e9\n";
+    let pressure = "name = \"right\"\ncondition = \"pressure\"\npressure_Pa = 0.0\n";
+    let pulse = "base_m3_s = 1e-6\namplitude_m3_s = 4e-6\nsystole_s = 0.4";
+    let text = TREE
+        .replace(&resistance[1..], &windkessel("left"))
+        .replace(pressure, &windkessel("right"))
+        .replace("base_m3_s = 1e-6", pulse)
+        + "[fluid]\nsolver = \"native\"\n[structure]\np = 3\n";
+    let folder = tempfile::tempdir().unwrap();
+    let case = load(folder.path(), &text, &swc(&[-30.0, 30.0])).unwrap_or_else(|e| panic!("{e}"));
+    let said = checked([folder.path().display().to_string()]);
+    println!("{said}");
+    let mean: f64 = between(&said, "the openings make ", " kPa")
+        .parse()
+        .unwrap();
+    // Two resistances of 4e9 Pa s/m³ side by side, and 1.8 ml/s.
+    assert!((mean - 3.6).abs() < 0.01, "{said}");
+    let grown: f64 = between(&said, "the lumen has ", " times").parse().unwrap();
+    let wall = &case.own().unwrap().wall.materials()[0].material;
+    let line = said
+        .lines()
+        .find(|line| line.contains("wider by: "))
+        .unwrap();
+    let wider = [("inlet", 3e-3), ("left", 2.4e-3), ("right", 2.4e-3)].map(|(name, inner)| {
+        let tube = radial::inflate(inner, &[(0.2 * inner, wall.clone())], 1e3 * mean, true);
+        let found: f64 = between(line, &format!("{name} "), " mm").parse().unwrap();
+        found / (1e3 * tube.displacement[0])
+    });
+    println!("{grown} times the volume; {wider:?}");
+    // Measured. The daughters, which are short, begin as wide as the junction.
+    assert!((grown - 1.151).abs() < 2e-3, "{grown}");
+    for (wider, measured) in wider.iter().zip([1.024, 1.194, 1.194]) {
+        assert!((wider - measured).abs() < 5e-3, "{wider}");
+    }
+    assert!(said.contains("it does not buckle up to"), "{said}");
 }

@@ -76,7 +76,10 @@ fn springs_hold_the_branches_that_are_named() {
     let bare = Loaded::new("unloaded", CLAMPED);
     for direction in ["", "direction = \"radial\"", "direction = \"axial\""] {
         let with = |surfaces: &str| {
-            Loaded::new("unloaded", &format!("{CLAMPED}{}", springs(surfaces, 1e7, direction)))
+            Loaded::new(
+                "unloaded",
+                &format!("{CLAMPED}{}", springs(surfaces, 1e7, direction)),
+            )
         };
         let (whole, parts, left) = (with("\"outer\""), with(parts), with("\"outer:left\""));
         println!("{direction}: {:.1e} m", whole.apart(&parts));
@@ -88,7 +91,11 @@ fn springs_hold_the_branches_that_are_named() {
             faces.iter().map(|(e, _)| of(e)).sum::<f64>() / faces.len() as f64
         };
         let share = |name: &str| widened(&left, name) / widened(&bare, name);
-        println!("{direction}: left {:.3}, right {:.3}", share("left"), share("right"));
+        println!(
+            "{direction}: left {:.3}, right {:.3}",
+            share("left"),
+            share("right")
+        );
         // Measured; the other branch moves further, for the junction bends.
         let [held, other] = match direction {
             "" => [0.581, 1.127],
@@ -105,7 +112,11 @@ fn springs_hold_the_branches_that_are_named() {
 fn tissue_at_rest_in_the_loaded_shape_exerts_nothing_there() {
     let bare = Loaded::new("loaded", CLAMPED);
     let with = |rest: &str| {
-        let tissue = springs("\"outer\"", 1e7, &format!("direction = \"radial\"\nat_rest = \"{rest}\""));
+        let tissue = springs(
+            "\"outer\"",
+            1e7,
+            &format!("direction = \"radial\"\nat_rest = \"{rest}\""),
+        );
         Loaded::new("loaded", &format!("{CLAMPED}{tissue}"))
     };
     let (loaded, unloaded) = (with("loaded"), with("unloaded"));
@@ -119,11 +130,17 @@ fn tissue_at_rest_in_the_loaded_shape_exerts_nothing_there() {
 #[test]
 fn ends_slide_in_their_planes() {
     let sliding = |surfaces: &str, held: &str| {
-        format!("[[wall.support]]\nsupport = \"sliding\"\nsurfaces = [{surfaces}]\nheld = [{held}]\n")
+        format!(
+            "[[wall.support]]\nsupport = \"sliding\"\nsurfaces = [{surfaces}]\nheld = [{held}]\n"
+        )
     };
     let clamped = "[[wall.support]]\nsupport = \"clamped\"\nsurfaces = [\"left\", \"right\"]\n";
-    let [by_x, by_line] = ["\"x\"", "\"axial\""]
-        .map(|held| Loaded::new("unloaded", &format!("{clamped}{}", sliding("\"inlet\"", held))));
+    let [by_x, by_line] = ["\"x\"", "\"axial\""].map(|held| {
+        Loaded::new(
+            "unloaded",
+            &format!("{clamped}{}", sliding("\"inlet\"", held)),
+        )
+    });
     println!("{:.1e} m", by_x.apart(&by_line));
     // A traction of 1e5 Pa moves a guided end by 1e-7 m.
     assert!(by_x.apart(&by_line) < 2e-7);

@@ -37,6 +37,7 @@ fn growth(surface: &WetQuads, faces: Option<usize>) -> Growth {
         elements_per_layer: 2,
         thicknesses: vec![vec![0.5; points], vec![0.25; points]],
         regions: vec![vec![1, 0]],
+        parts: vec!["tube".into()],
         normals: surface.normals(0),
         axes: None,
     }

@@ -3,11 +3,12 @@
 use super::page::figure;
 use crate::analysis;
 use crate::geometry::Vessel;
-use crate::hemodynamics::{Place, Region, RegionExtent, Rings, WetSurface};
+use crate::hemodynamics::{Place, RegionExtent, Rings, WetSurface};
 use crate::output::figure::colour::Palette;
 use crate::output::figure::map::{Map, Up};
 use crate::output::results::Results;
 use crate::output::wall_fields::FaceRow;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::io;
 
@@ -176,9 +177,9 @@ fn upper_end(mut values: Vec<f64>) -> (f64, bool) {
 }
 
 /// Time-averaged shear, its oscillation and the relative residence time on each branch of a tree.
-pub fn of_branches(run: &Results, wall: &WetSurface) -> Vec<String> {
+pub fn of_branches(run: &Results, branches: &[UnrolledPart]) -> Vec<String> {
     let mut figures = Vec::new();
-    for branch in branches(run, wall) {
+    for branch in branches {
         for field in [TAWSS, OSI, RRT] {
             let values: Vec<f64> = run.faces.iter().map(field.value).collect();
             let own = branch.faces.iter().map(|&face| values[face]);
@@ -205,7 +206,7 @@ pub fn of_branches(run: &Results, wall: &WetSurface) -> Vec<String> {
             }
             let mut csv = format!("x_m,phi_deg,\"{}\"\n", field.label);
             for &face in &branch.faces {
-                let Place { x_m, phi_deg, .. } = branch.places[face];
+                let Place { x_m, phi_deg, .. } = branch.place(face);
                 let _ = writeln!(csv, "{x_m:.6},{phi_deg:.3},{:.6e}", values[face]);
             }
             let file = format!("{}-{}", field.file, branch.name);
@@ -236,6 +237,11 @@ enum Lookup<'a> {
 }
 
 impl UnrolledPart<'_> {
+    /// Where one of its faces is.
+    pub fn place(&self, face: usize) -> &Place {
+        &self.places[face]
+    }
+
     /// What is there of values on the faces of the whole wall; not a number outside the part.
     pub fn value(&self, values: &[f64], x: f64, phi: f64) -> f64 {
         match &self.lookup {
@@ -267,29 +273,44 @@ pub fn parts(run: &Results) -> io::Result<Vec<UnrolledPart<'_>>> {
     Ok(wall.map_or(Vec::new(), |wall| branches(run, &wall)))
 }
 
-/// The branches of a tree, whose faces are on patches.
+/// The branches of a tree, whose faces are on patches. Those that share a patch are numbered.
 fn branches<'a>(run: &'a Results, wall: &WetSurface) -> Vec<UnrolledPart<'a>> {
     let places = wall.places();
-    let regions = analysis::regions(&run.case).into_iter();
-    let branch = |region: Region| {
+    let mut parts = Vec::new();
+    for region in analysis::regions(&run.case) {
         let RegionExtent::Patch { patch } = &region.extent else {
-            return None;
+            continue;
         };
+        let mut by_line: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         let own = (0..places.len()).filter(|face| wall.is_of_patch(*face, patch));
-        let faces: Vec<usize> = own.collect();
-        let xs = faces.iter().map(|&face| places[face].x_m);
-        let x = xs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
-            [low.min(x), high.max(x)]
+        own.for_each(|face| {
+            by_line
+                .entry(wall.line_number(face))
+                .or_default()
+                .push(face)
         });
-        (x[1] > x[0]).then(|| UnrolledPart {
-            name: region.name.to_string(),
-            x,
-            lookup: Lookup::Nearest(NearestFace::new(run, &places, &faces)),
-            faces,
-            places: places.to_vec(),
-        })
-    };
-    regions.filter_map(branch).collect()
+        let count = by_line.len();
+        for (number, faces) in by_line.into_values().enumerate() {
+            let xs = faces.iter().map(|&face| places[face].x_m);
+            let x = xs.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+                [low.min(x), high.max(x)]
+            });
+            let name = match count {
+                1 => region.name.to_string(),
+                _ => format!("{} {}", region.name, number + 1),
+            };
+            if x[1] > x[0] {
+                parts.push(UnrolledPart {
+                    name,
+                    x,
+                    lookup: Lookup::Nearest(NearestFace::new(run, &places, &faces)),
+                    faces,
+                    places: places.clone(),
+                });
+            }
+        }
+    }
+    parts
 }
 
 /// How far the nearest face may be, in face widths.

@@ -1,6 +1,7 @@
 //! One self-contained page of HTML for a run, or for a study of many: figures with their numbers, maps of the unrolled
 //! wall, and a view in three dimensions.
 
+mod along;
 mod case_table;
 mod cross_check;
 mod flow_cut;

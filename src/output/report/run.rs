@@ -5,7 +5,7 @@ use super::page::{Page, chart, escape, gallery, line, panel, table, warnings};
 use super::quantities::{Quantity, UNKNOWN};
 use super::surface::DrawnSurface;
 use super::table::transposed;
-use super::{case_table, initial_state, maps, openings, quantities, resolution, scene};
+use super::{along, case_table, initial_state, maps, openings, quantities, resolution, scene};
 use crate::analysis;
 use crate::analysis::centre_line;
 use crate::case::{Case, TreeKeys};
@@ -118,15 +118,14 @@ fn unrolled(run: &Results, name: &str, page: &mut Page) -> io::Result<()> {
             &gallery(&radii(run)?),
         );
     }
-    if run.case.own().is_some_and(|own| own.tree.is_some())
-        && let Some(wall) = run.wall()?
-        && wall.faces.len() == run.faces.len()
-    {
-        page.section(
-            "maps",
-            "On the unrolled branches",
-            &gallery(&maps::of_branches(run, &wall)),
-        );
+    if run.case.own().is_some_and(|own| own.tree.is_some()) {
+        let branches = maps::parts(run)?;
+        if !branches.is_empty() {
+            let html = gallery(&along::figures(run, &branches));
+            page.section("along", "Along the branches", &html);
+            let html = gallery(&maps::of_branches(run, &branches));
+            page.section("maps", "On the unrolled branches", &html);
+        }
     }
     Ok(())
 }
