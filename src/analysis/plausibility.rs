@@ -4,8 +4,11 @@
 //! told with the unit that would bring it into its range.
 
 use super::case_figures::CaseFigures;
+use super::windkessel::STEPS;
 use crate::case::schema::Key;
-use crate::case::{Case, Condition, ResolvedCase, Start, VesselSide};
+use crate::case::{
+    Case, Condition, Opening, PressureModel, ResolvedCase, Start, TreeKeys, TreeOpening, VesselSide,
+};
 use crate::tabular::units;
 
 /// A unit that is written by mistake: its name, and its size in the SI unit.
@@ -86,18 +89,22 @@ struct Judged<'a> {
 
 /// Everything about a vessel's case that is not usual in vessels, a sentence each.
 pub fn warnings(case: &ResolvedCase) -> Vec<String> {
-    let Some(figures) = CaseFigures::of(case) else {
-        return Vec::new();
+    let figures = CaseFigures::of(case);
+    let derived = match (&figures, case.tree()) {
+        (Some(figures), _) => derived(case, figures),
+        (None, Some(tree)) => of_tree(case, tree),
+        (None, None) => return Vec::new(),
     };
     let mut told: Vec<String> = Vec::new();
     let mut sentences = Vec::new();
-    if let Some(flow) = figures.flow.filter(|flow| flow.mean < -0.01 * flow.peak) {
+    let flow = figures.as_ref().and_then(|figures| figures.flow);
+    if let Some(flow) = flow.filter(|flow| flow.mean < -0.01 * flow.peak) {
         sentences.push(format!(
             "the mean flow at the inlet is {} ml/min, out of the vessel: is its sign that of an outflow?",
             digits(6e7 * flow.mean)
         ));
     }
-    for judged in of_keys(case).into_iter().chain(derived(case, &figures)) {
+    for judged in of_keys(case).into_iter().chain(derived) {
         // What follows from a value that was reported already adds nothing.
         let is_told = told.iter().any(|key| {
             judged.keys.contains(key) || judged.depends.iter().any(|end| key.ends_with(end))
@@ -108,14 +115,74 @@ pub fn warnings(case: &ResolvedCase) -> Vec<String> {
         }
     }
     let is_known = |key: &String| OF_WAVES.iter().any(|end| key.ends_with(end));
-    sentences.extend(bursting(&figures).filter(|_| !told.iter().any(is_known)));
+    let bursting = figures.as_ref().and_then(bursting);
+    sentences.extend(bursting.filter(|_| !told.iter().any(is_known)));
     sentences
 }
 
-/// Values of keys by themselves.
+/// What follows from the lines of a tree, and from what is prescribed at its openings.
+fn of_tree(case: &ResolvedCase, tree: &TreeKeys) -> Vec<Judged<'static>> {
+    let radii = tree.line.iter().flatten().flat_map(|line| &line.radii);
+    let widest = radii.fold(0.0f64, |most, radius| most.max(*radius));
+    let what = "the largest radius of the centre-lines";
+    let widest = following(what, widest, [2e-4, 0.025], 3e-3, MM);
+    let key = match case.origins.contains_key("tree.unit") {
+        true => "tree.unit",
+        false => "tree.line[0].radii_m",
+    };
+    let mut found = vec![widest.from(&[key], "", None)];
+    let given: Vec<&TreeOpening> = tree.opening.iter().flatten().collect();
+    let key = |opening: &Opening, name: &str| {
+        let place = given.iter().position(|keys| keys.name == opening.name);
+        format!("tree.opening[{}].{name}", place.unwrap_or(0))
+    };
+    let start = match case.initial_wall() {
+        Some(_) => Start::Equilibrium,
+        None => Start::Ramp,
+    };
+    let openings = tree.openings(case.time.period).unwrap_or_default();
+    let (mut flow, mut conductance) = (Some(0.0), 0.0);
+    let mut least = (f64::INFINITY, String::new());
+    let mut of_openings = Vec::new();
+    for opening in &openings {
+        match &opening.condition {
+            Condition::Flow(curve, _) => {
+                let times = (0..STEPS).map(|i| curve.period() * i as f64 / STEPS as f64);
+                let mean = times.map(|t| curve.flow(t)).sum::<f64>() / STEPS as f64;
+                flow = flow.map(|flow| flow + mean);
+            }
+            Condition::Pressure(
+                model @ PressureModel {
+                    proximal,
+                    distal: Some((distal, _)),
+                    ..
+                },
+            ) => {
+                conductance += 1.0 / (proximal + distal);
+                if *distal < least.0 {
+                    least = (*distal, key(opening, "resistance_Pa_s_m3"));
+                }
+                let key = |name: &str| key(opening, name);
+                of_windkessel(case, model, start, key, &mut of_openings);
+            }
+            // What the pressure is there is prescribed, or unknown.
+            _ => flow = None,
+        }
+    }
+    if let Some(flow) = flow.filter(|flow| *flow > 0.0 && conductance > 0.0) {
+        let what = "the expected mean pressure, all resistances together times the mean flow,";
+        let mean = following(what, flow / conductance, [1.3e3, 2.7e4], 1.25e4, MMHG);
+        found.push(mean.from(&[&least.1], "Pa s/m³", Some(least.0)));
+    }
+    found.extend(of_openings);
+    found
+}
+
+/// Values of keys by themselves, without the radii of a tree: these are judged together.
 fn of_keys(case: &Case) -> Vec<Judged<'static>> {
     let mut found = Vec::new();
-    for (path, key, value) in case.values() {
+    let all = case.values().into_iter();
+    for (path, key, value) in all.filter(|(path, ..)| !path.starts_with("tree.line[")) {
         let row = (KEYS.iter()).find(|(ends, ..)| ends.iter().any(|end| key.path.ends_with(end)));
         let Some(&(_, about, shown, usual, typical)) = row else {
             continue;
@@ -228,7 +295,7 @@ fn of_outlet(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<
     };
     let mean_flow = figures.flow.map_or(0.0, |flow| flow.mean);
     let resistance = (elements.distal).map_or(elements.proximal, |(resistance, _)| resistance);
-    let key = |name| vessel.opening_key(VesselSide::End, name);
+    let key = |name: &str| vessel.opening_key(VesselSide::End, name);
     if let (Some(pressures), true) = (figures.pressures, mean_flow != 0.0 && resistance > 0.0) {
         let what = "the expected mean pressure, all resistances times the mean flow,";
         let mean = following(what, pressures.mean, [1.3e3, 2.7e4], 1.25e4, MMHG);
@@ -237,19 +304,29 @@ fn of_outlet(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<
             ..mean.from(&[&key("resistance_Pa_s_m3")], "Pa s/m³", Some(resistance))
         });
     }
+    of_windkessel(case, &elements, vessel.start(), key, found);
+}
+
+/// What a windkessel begins with, how its resistance divides, and its time constant.
+fn of_windkessel(
+    case: &Case,
+    elements: &PressureModel,
+    start: Start,
+    key: impl Fn(&str) -> String,
+    found: &mut Vec<Judged<'static>>,
+) {
     let Some((resistance, compliance)) = elements.distal else {
         return;
     };
-    let start = elements.initial;
-    let high = match vessel.start() {
+    let high = match start {
         Start::Equilibrium => 2.7e4,
         // A ramp scales it, and draws on it: it may be far above what follows.
         Start::Ramp => 1e5,
     };
-    let start = following("", start, [1.3e3, high], 1.1e4, MMHG).from(
+    let start = following("", elements.initial, [1.3e3, high], 1.1e4, MMHG).from(
         &[&key("initial_pressure_Pa")],
         "Pa",
-        Some(start),
+        Some(elements.initial),
     );
     found.push(Judged {
         about: "the pressure with which a windkessel begins",
@@ -262,7 +339,7 @@ fn of_outlet(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<
         0.1,
         SI,
     );
-    let keys = ["proximal_resistance_Pa_s_m3", "resistance_Pa_s_m3"].map(key);
+    let keys = ["proximal_resistance_Pa_s_m3", "resistance_Pa_s_m3"].map(&key);
     let keys = [&*keys[0], &*keys[1]];
     found.push(share.from(&keys, "Pa s/m³", Some(elements.proximal)));
     let beats = resistance * compliance / case.time.period;
@@ -273,7 +350,7 @@ fn of_outlet(case: &ResolvedCase, figures: &CaseFigures, found: &mut Vec<Judged<
         1.0,
         SI,
     );
-    let keys = ["compliance_m3_Pa", "resistance_Pa_s_m3"].map(key);
+    let keys = ["compliance_m3_Pa", "resistance_Pa_s_m3"].map(&key);
     let keys = [&*keys[0], &*keys[1]];
     found.push(Judged {
         depends: &["time.period_s"],

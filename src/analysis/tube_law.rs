@@ -6,7 +6,7 @@
 
 use crate::Mat3;
 use crate::Vec3;
-use crate::case::{BloodVessel, Case, GivenShape, TissueDirection};
+use crate::case::{BloodVessel, Case, GivenShape, Material, TissueDirection};
 use crate::geometry::{Section, Vessel};
 use crate::pfem::material::{HyperelasticMaterial, Law, WallAxes};
 use crate::quadrature::Rule;
@@ -75,8 +75,24 @@ impl TubeLaw {
         }
     }
 
-    /// The tube that has the sizes of this one under a pressure (Pa).
-    fn unloaded(self, pressure: f64) -> Option<Self> {
+    /// A tube whose lumen has the radius 1 m, of layers with their thicknesses (m), with springs around it (Pa/m).
+    pub fn of_layers(layers: &[(&Material, f64)], axial_stretch: f64, spring: f64) -> Self {
+        let mut radius = 1.0;
+        let layers = layers.iter().map(|(material, thickness)| {
+            let inner = radius;
+            radius += thickness;
+            (Law::from(*material).elastic, [inner, radius])
+        });
+        Self {
+            layers: layers.collect(),
+            axial_stretch,
+            spring,
+            outside: 0.0,
+        }
+    }
+
+    /// The tube that has the sizes of this one under a pressure (Pa); `None` if none of these materials has.
+    pub fn unloaded(self, pressure: f64) -> Option<Self> {
         let loaded: Vec<[f64; 2]> = self.layers.iter().map(|(_, radii)| *radii).collect();
         let inner = loaded[0][0];
         let mut tube = self;

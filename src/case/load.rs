@@ -83,6 +83,7 @@ impl ResolvedCase {
     pub fn given<'a>(&self, key: &'a str) -> &'a str {
         match key {
             "tree.lines" if !self.origins.contains_key(key) => "tree.line",
+            "tree.lumen" if !self.origins.contains_key(key) => "tree.lumen_triangles",
             key => key,
         }
     }

@@ -30,7 +30,8 @@ pub fn unknown_key(
 
 /// Those of the known `paths` that were most likely meant by the unknown `path`: the one spelt nearly the same; or
 /// else those of the same name in other tables; or else those in the same table that are named more precisely, such as
-/// `geometry.graft_length_m` for `geometry.length_m`.
+/// `geometry.graft_length_m` for `geometry.length_m`; or else those that are called as its table, such as
+/// `output.probes_m` for `output.probe[0].point_m`.
 pub fn suggest(path: &str, paths: &[String]) -> Vec<String> {
     fn split(path: &str) -> (&str, &str) {
         path.rsplit_once('.').unwrap_or(("", path))
@@ -55,9 +56,16 @@ pub fn suggest(path: &str, paths: &[String]) -> Vec<String> {
         return same;
     }
     let words: Vec<&str> = wanted.split('_').collect();
-    alike(&|known, name| {
+    let found = alike(&|known, name| {
         known == table && words.iter().all(|word| name.split('_').any(|w| w == *word))
-    })
+    });
+    // In place of a table that there is not.
+    let (above, list) = split(table.split('[').next().unwrap_or_default());
+    let is_near = |word: &str| !list.is_empty() && levenshtein(word, list) <= 1;
+    match found.is_empty() {
+        true => alike(&|known, name| known == above && name.split('_').any(is_near)),
+        false => found,
+    }
 }
 
 /// The allowed word that `found` is most likely a misspelling of.

@@ -20,8 +20,7 @@ impl TreeKeys {
         self.cut_thin_lines()?;
         self.leave_out_lines()?;
         self.smooth_junctions();
-        self.smooth_lines();
-        Ok(())
+        self.smooth_lines()
     }
 
     /// Ends each line where it is last as wide as the thinnest vessel that counts, and takes those away that are then
@@ -109,10 +108,18 @@ impl TreeKeys {
     }
 
     /// Halves the waves of the lines, if they are to be smoothed.
-    fn smooth_lines(&mut self) {
+    fn smooth_lines(&mut self) -> Result<(), (&'static str, String)> {
         let Some(halved) = self.smoothing.filter(|halved| *halved > 0.0) else {
-            return;
+            return Ok(());
         };
+        let curves = self.line.iter().flatten().filter_map(TreeLine::curve);
+        let longest = curves.map(|curve| curve.length()).fold(0.0, f64::max);
+        if longest > 0.0 && halved > longest {
+            let reason = format!(
+                "expected at most {longest:.1e}, the length of the longest line: of longer waves there are none"
+            );
+            return Err(("tree.smoothing_m", reason));
+        }
         for line in self.line.iter_mut().flatten() {
             if line.points.len() > 2 && line.points.len() == line.radii.len() {
                 let given = (
@@ -122,6 +129,7 @@ impl TreeKeys {
                 (line.points, line.radii) = smoothed(given, halved);
             }
         }
+        Ok(())
     }
 
     /// Leaves out what lies next to where branches part, if that is asked for: traced lines have hooks there, from the

@@ -35,8 +35,18 @@ const CRACK: f64 = 1e-3;
 const SAME_UNIT: [f64; 2] = [0.4, 2.5];
 /// Shares of the places of all lines that a surface surrounds in a wrong and in the right unit.
 const FITS: [f64; 2] = [0.5, 0.8];
+/// A surface that leaves more than this share of a line bare, and reaches further beyond the lines than so many radii,
+/// is another vessel's, or moved.
+const MISPLACED: f64 = 0.05;
+const BEYOND: f64 = 1.5;
+/// A line in the middle of its lumen is less than so many radii beside it, as a median.
+const OFF_CENTRE: f64 = 0.3;
+/// Within so many radii of a line there is no more than one surface around it.
+const NESTED: f64 = 2.5;
 /// What lies further from all lines, in radii, is none of the vessel.
 const FAR: f64 = 6.0;
+/// Waves of a lumen that are longer than so many radii are no noise.
+const SMOOTHEST: f64 = 4.0;
 /// Coordinates are kept to this, m.
 const DIGITS: f64 = 1e-10;
 
@@ -108,6 +118,15 @@ impl TreeKeys {
         let names = self.names();
         let surface = fitted(surface, &lines, &names, &self.closed, unit).map_err(named)?;
         let smoothing = self.lumen_smoothing.unwrap_or(TRIANGLES * surface.edge());
+        let mut radii: Vec<f64> = lines.iter().flatten().map(|place| place.radius).collect();
+        radii.sort_by(f64::total_cmp);
+        let most = SMOOTHEST * radii[radii.len() / 2];
+        if self.lumen_smoothing.is_some_and(|given| given > most) {
+            let reason = format!(
+                "expected at most {most:.1e}, {SMOOTHEST} times the median radius of the lumen: longer waves are its own shape"
+            );
+            return Err(("tree.lumen_smoothing_m", reason));
+        }
         let surface = surface.smoothed(smoothing);
         let kept = |x: &Vec3| x.map(|c| (c / DIGITS).round() * DIGITS).into();
         self.lumen_points = surface.points().iter().map(kept).collect();
@@ -136,6 +155,32 @@ impl TreeKeys {
             mouth.is_behind_a_neck(line) && !mouth.is_open(&edges) && mouth.is_round(&search)
         });
         sacs.map(|(number, _)| number).collect()
+    }
+
+    /// The line that runs furthest beside the middle of its lumen's surface, along most of its way, if one does: in
+    /// words.
+    pub fn off_centre(&self) -> Option<String> {
+        let search = SurfaceSearch::new(self.lumen_surface().ok()??);
+        let off = |line: &TreeLine| {
+            let ways = places(line).into_iter().filter_map(|place| {
+                let arms = arms(&search, &place, 1.0);
+                // Of a circle of which one point is looked from, the mean of these is half of the way to its middle.
+                let middle: Vec3 = arms.iter().sum::<Vec3>() * (2.0 / RAYS as f64);
+                (arms.len() == RAYS).then_some(middle.norm() / place.radius)
+            });
+            let mut ways: Vec<f64> = ways.collect();
+            ways.sort_by(f64::total_cmp);
+            ways.get(ways.len() / 2).copied().unwrap_or(0.0)
+        };
+        let names = self.names().into_iter().skip(1);
+        let all = self.line.iter().flatten().map(off).zip(names);
+        let (off, name) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        (off > OFF_CENTRE).then(|| {
+            format!(
+                "the line to \"{name}\" runs {off:.2} radii beside the middle of the surface (tree.lumen), although the two are to be of \
+                 one vessel in the same coordinates"
+            )
+        })
     }
 
     /// The surface of the lumen, if there is one.
@@ -174,8 +219,9 @@ fn fitted(
     let search = SurfaceSearch::new(surface);
     right_unit(&search, lines, unit)?;
     for (line, name) in lines.iter().zip(&names[1..]) {
-        surrounded(&search, line, name, &names[0])?;
+        surrounded(&search, line, lines, [name, &names[0]])?;
     }
+    not_nested(&search, lines)?;
     let surface = search.surface();
     holes(surface, lines)?;
     let open = lines
@@ -296,20 +342,32 @@ impl Mouth {
     }
 }
 
-/// Distances of the surface, times `factor`, around a place; those of rays that meet it.
-fn around(search: &SurfaceSearch, place: &LinePlace, factor: f64) -> Vec<f64> {
+/// A unit vector across a line.
+fn across(place: &LinePlace) -> Vec3 {
     let side = match place.along.x.abs() < 0.8 {
         true => Vec3::x(),
         false => Vec3::y(),
     };
-    let first = place.along.cross(&side).normalize();
+    place.along.cross(&side).normalize()
+}
+
+/// Ways to the surface, times `factor`, around a place; those of rays that meet it.
+fn arms(search: &SurfaceSearch, place: &LinePlace, factor: f64) -> Vec<Vec3> {
+    let first = across(place);
     let second = place.along.cross(&first);
     let rays = (0..RAYS).filter_map(|i| {
         let (sin, cos) = (TAU * i as f64 / RAYS as f64).sin_cos();
-        let hit = search.ray(&(place.x / factor), &(first * cos + second * sin))?;
-        Some(hit.distance * factor)
+        let direction = first * cos + second * sin;
+        let hit = search.ray(&(place.x / factor), &direction)?;
+        Some(direction * (hit.distance * factor))
     });
     rays.collect()
+}
+
+/// Their lengths.
+fn around(search: &SurfaceSearch, place: &LinePlace, factor: f64) -> Vec<f64> {
+    let arms = arms(search, place, factor).into_iter();
+    arms.map(|arm| arm.norm()).collect()
 }
 
 fn is_surrounded(search: &SurfaceSearch, place: &LinePlace) -> bool {
@@ -344,42 +402,45 @@ fn right_unit(
             times(1.0 / factor(&other))
         ));
     }
-    let [low, high] = search.surface().bounds();
-    let show = |p: Vec3| format!("({:.4}, {:.4}, {:.4})", p.x, p.y, p.z);
-    let is_out = !lines
-        .iter()
-        .flatten()
-        .any(|place| is_surrounded(search, place));
-    if is_out {
-        let [start, end] = [&lines[0][0], &lines[0][lines[0].len() - 1]].map(|place| show(place.x));
-        return Err(fault!(
-            "the centre-lines, the first from {start} to {end} m, lie outside of the surface, which reaches from {} to {} m: are both in \
-             the same coordinates and units?",
-            show(low),
-            show(high)
-        ));
-    }
     Ok(())
 }
 
-/// That the surface is around a line, but for a bit at its ends.
+/// That the surface is around one of the lines, but for a bit at its ends.
 fn surrounded(
     search: &SurfaceSearch,
     line: &[LinePlace],
-    name: &str,
-    inlet: &str,
+    lines: &[Vec<LinePlace>],
+    [name, inlet]: [&str; 2],
 ) -> Result<(), Fault> {
     let bare: Vec<bool> = (line.iter())
         .map(|place| !is_surrounded(search, place))
         .collect();
     let length = line[line.len() - 1].s;
-    let counts = |(place, bare): (&LinePlace, &bool)| {
-        let near = OVERLAP * place.radius;
-        *bare && place.s > near && place.s < length - near
+    let counts = |i: &usize| {
+        let near = OVERLAP * line[*i].radius;
+        bare[*i] && line[*i].s > near && line[*i].s < length - near
     };
-    let Some(first) = line.iter().zip(&bare).position(counts) else {
+    let mut counted = (0..line.len()).filter(counts);
+    let Some(first) = counted.next() else {
         return Ok(());
     };
+    let last = counted.next_back().unwrap_or(first);
+    let is_cut_twice = bare[..=first].iter().chain(&bare[last..]).all(|bare| *bare);
+    let share = bare.iter().filter(|bare| **bare).count() as f64 / bare.len() as f64;
+    let (own, of_lines) = (search.surface().bounds(), bounds(lines, 0.0));
+    let [low, high] = bounds(lines, BEYOND);
+    let reaches_beyond = own[0].inf(&low) != low || own[1].sup(&high) != high;
+    if share > MISPLACED && (is_cut_twice || reaches_beyond) {
+        let show = |p: Vec3| format!("({:.4}, {:.4}, {:.4})", p.x, p.y, p.z);
+        let [own, of_lines] =
+            [own, of_lines].map(|[low, high]| format!("from {} to {} m", show(low), show(high)));
+        return Err(fault!(
+            "the surface does not enclose the line to \"{name}\", {:.0} % of which lie outside, first {:.2} mm from its beginning. The surface \
+             reaches {own}, the lines {of_lines}: are both in the same coordinates and units (tree.lumen_unit, or tree.unit of the lines)?",
+            1e2 * share,
+            1e3 * line[first].s
+        ));
+    }
     let place = &line[first];
     let x = place.x;
     let there = format!("({:.4e}, {:.4e}, {:.4e}) m", x.x, x.y, x.z);
@@ -404,6 +465,34 @@ fn surrounded(
         "the line to \"{name}\" leaves the surface at {there}, {:.2} mm from its beginning: it has a hole there, or the line runs next to it",
         1e3 * place.s
     ))
+}
+
+/// Least and largest coordinates (m) of the lines, and of what lies within so many radii of them.
+fn bounds(lines: &[Vec<LinePlace>], radii: f64) -> [Vec3; 2] {
+    let start = [f64::INFINITY, f64::NEG_INFINITY].map(Vec3::repeat);
+    lines.iter().flatten().fold(start, |[low, high], place| {
+        let slack = Vec3::repeat(radii * place.radius);
+        [low.inf(&(place.x - slack)), high.sup(&(place.x + slack))]
+    })
+}
+
+/// That no surface lies within another: a ray from a line would meet both.
+fn not_nested(search: &SurfaceSearch, lines: &[Vec<LinePlace>]) -> Result<(), Fault> {
+    let meets_two = |place: &&LinePlace| {
+        let side = across(place);
+        let reach = NESTED * place.radius;
+        let both = [side, -side];
+        (both.iter()).all(|side| search.crossings(&place.x, side, reach) == 2)
+    };
+    let twice = lines.iter().flatten().filter(meets_two).count();
+    match 2 * twice > lines.iter().flatten().count() {
+        true => Err(
+            "one surface lies within another, or next to it: rays from the centre-lines meet two. Delete the one that is not the \
+             lumen, such as the outside of the wall"
+                .into(),
+        ),
+        false => Ok(()),
+    }
 }
 
 /// A surface may be open where a line ends, and nowhere else near the lines.

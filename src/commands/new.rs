@@ -1,6 +1,7 @@
 //! `fsi-driver new DIR`: a commented case for a vessel of one's own.
 
-use super::{Failure, quantity};
+use super::Failure;
+use super::quantity::{self, Given};
 use crate::Vec3;
 use crate::case::{Case, FlowUnit, LengthUnit, Preset};
 use crate::output::terminal;
@@ -56,7 +57,7 @@ pub struct Arguments {
     closed: Vec<String>,
     /// Vessels of a tree that are thinner are left out: each line ends where it is last as wide [default: all vessels].
     #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length, allow_hyphen_values = true)]
-    least_radius: Option<f64>,
+    least_radius: Option<Given>,
     /// Smooth curves replace a tree's lines within so many radii of where branches part [default: chosen where the
     /// lines as they are have no mesh or no wall].
     #[arg(
@@ -70,7 +71,8 @@ pub struct Arguments {
     /// least flow, and say which and why.
     #[arg(long, requires = "from")]
     leave_out_impossible: bool,
-    /// Shares of the flow that leave by the ends of a tree, in their order, such as 0.65,0.35 [default: by --murray].
+    /// Shares of the flow that leave by the ends of a tree, in their order, such as 0.65,0.35 or 65,35 [default: by
+    /// --murray].
     #[arg(
         long,
         value_name = "SHARE,...",
@@ -101,17 +103,17 @@ pub struct Arguments {
     reverse: bool,
     /// Radius of the lumen, such as 3mm (metres without a unit), if no file knows it.
     #[arg(long, value_name = "LENGTH", value_parser = quantity::length, allow_hyphen_values = true)]
-    radius: Option<f64>,
+    radius: Option<Given>,
     /// Thickness of the artery's wall, such as 0.7mm [default: 0.3 of the radius].
     #[arg(long, value_name = "LENGTH", value_parser = quantity::length, allow_hyphen_values = true)]
-    thickness: Option<f64>,
+    thickness: Option<Given>,
     /// Waves of the centre-line's points of this length are halved [default: one radius, four if the points scatter; in
     /// a tree as short as its mesh needs].
     #[arg(long, value_name = "LENGTH", requires = "from", value_parser = quantity::length, allow_hyphen_values = true)]
-    smoothing: Option<f64>,
+    smoothing: Option<Given>,
     /// The vessel has its shape under this pressure, such as 80mmHg [default: it is unloaded].
     #[arg(long, value_name = "PRESSURE", value_parser = quantity::pressure, allow_hyphen_values = true)]
-    loaded: Option<f64>,
+    loaded: Option<Given>,
     /// A windkessel of three elements: a tenth of the resistance is proximal.
     #[arg(long)]
     rcr: bool,
@@ -202,20 +204,26 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
 impl Arguments {
     fn check_numbers(&self) -> Result<(), Failure> {
         const DURATION: &str = "a duration from 0.001 to 1000 s";
+        let plain = |number: Option<f64>| {
+            number.map(|si| Given {
+                si,
+                typed: si.to_string(),
+            })
+        };
         #[rustfmt::skip]
         let numbers = [
-            ("--radius", self.radius, [1e-5, 0.05], "metres, from 1e-5 to 0.05"),
-            ("--thickness", self.thickness, [1e-6, 0.02], "a length from 1e-6 to 0.02 m"),
-            ("--smoothing", self.smoothing, [0.0, 1.0], "a length from 0 to 1 m"),
-            ("--junction-smoothing", self.junction_smoothing, [0.0, 10.0], "radii, from 0 to 10"),
-            ("--least-radius", self.least_radius, [1e-6, 0.05], "a length from 1e-6 to 0.05 m"),
-            ("--loaded", self.loaded, [1.0, 1e5], "a pressure from 1 Pa to 100 kPa (750 mmHg)"),
-            ("--period", self.period, [1e-3, 1e3], DURATION),
-            ("--flow-period", self.flow_period, [1e-3, 1e3], DURATION),
+            ("--radius", self.radius.clone(), [1e-5, 0.05], "metres, from 1e-5 to 0.05"),
+            ("--thickness", self.thickness.clone(), [1e-6, 0.02], "a length from 1e-6 to 0.02 m"),
+            ("--smoothing", self.smoothing.clone(), [0.0, 1.0], "a length from 0 to 1 m"),
+            ("--junction-smoothing", plain(self.junction_smoothing), [0.0, 10.0], "radii, from 0 to 10"),
+            ("--least-radius", self.least_radius.clone(), [1e-6, 0.05], "a length from 1e-6 to 0.05 m"),
+            ("--loaded", self.loaded.clone(), [1.0, 1e5], "a pressure from 1 Pa to 100 kPa (750 mmHg)"),
+            ("--period", plain(self.period), [1e-3, 1e3], DURATION),
+            ("--flow-period", plain(self.flow_period), [1e-3, 1e3], DURATION),
         ];
         for (option, value, [least, most], allowed) in numbers {
-            if let Some(value) = value.filter(|value| !(least..=most).contains(value)) {
-                let reason = format!("{option} {value}: expected {allowed}");
+            if let Some(value) = value.filter(|value| !(least..=most).contains(&value.si)) {
+                let reason = format!("{option} {}: expected {allowed}", value.typed);
                 return Err(Failure::Input(reason));
             }
         }
@@ -223,6 +231,7 @@ impl Arguments {
     }
 
     fn input(&self) -> ProposalInput {
+        let si = |given: &Option<Given>| given.as_ref().map(|given| given.si);
         ProposalInput {
             line: self.from.clone(),
             lumen: self.lumen.clone(),
@@ -230,22 +239,22 @@ impl Arguments {
             lumen_unit: self.lumen_unit,
             branch: self.branch.clone(),
             is_reversed: self.reverse,
-            radius: self.radius,
+            radius: si(&self.radius),
             like: self.like,
             flow: self.flow.clone(),
             flow_unit: self.flow_unit,
             flow_period: self.flow_period,
             period: self.period,
-            smoothing: self.smoothing,
+            smoothing: si(&self.smoothing),
             junction_smoothing: self.junction_smoothing,
-            thickness: self.thickness,
-            loaded: self.loaded,
+            thickness: si(&self.thickness),
+            loaded: si(&self.loaded),
             is_rcr: self.rcr,
             has_tissue: self.tissue,
             names: self.names.clone(),
             leave_out: self.leave_out.clone(),
             closed: self.closed.clone(),
-            least_radius: self.least_radius,
+            least_radius: si(&self.least_radius),
             ruled_out: Vec::new(),
             leaves_impossible_out: self.leave_out_impossible,
             split: self.split.clone(),

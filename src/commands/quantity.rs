@@ -2,17 +2,35 @@
 
 use crate::tabular::units::{Dimension, LENGTH, PRESSURE, Unit};
 
+/// A value in its SI unit, and as it was typed.
+#[derive(Debug, Clone)]
+pub struct Given {
+    /// In the SI unit.
+    pub si: f64,
+    /// With its unit.
+    pub typed: String,
+}
+
+impl Given {
+    fn new(si: f64, typed: &str) -> Self {
+        let typed = typed.to_owned();
+        Self { si, typed }
+    }
+}
+
 /// A length in metres; a number alone counts in metres.
-pub fn length(text: &str) -> Result<f64, String> {
+pub fn length(text: &str) -> Result<Given, String> {
     (text.trim().parse().ok().filter(|x: &f64| x.is_finite()))
         .or_else(|| quantity(text, LENGTH))
+        .map(|si| Given::new(si, text))
         .ok_or_else(|| "expected a length such as 3mm, 0.3cm, or a number in metres".into())
 }
 
 /// A pressure in pascals, with its unit.
-pub fn pressure(text: &str) -> Result<f64, String> {
+pub fn pressure(text: &str) -> Result<Given, String> {
     let advice = "expected a pressure with its unit, such as 80mmHg, 10.7kPa or 10666Pa";
-    quantity(text, PRESSURE).ok_or_else(|| advice.into())
+    let si = quantity(text, PRESSURE).ok_or(advice)?;
+    Ok(Given::new(si, text))
 }
 
 fn quantity(text: &str, dimension: Dimension) -> Option<f64> {
@@ -37,11 +55,11 @@ mod tests {
             ("-3m", -3.0),
             ("500um", 5e-4),
         ] {
-            let found = length(text).unwrap();
+            let found = length(text).unwrap().si;
             assert!((found - metres).abs() < 1e-12, "{text}: {found}");
         }
         for (text, pascals) in [("80mmHg", 10665.76), ("10.7 kPa", 10700.0), ("1e4Pa", 1e4)] {
-            let found = pressure(text).unwrap();
+            let found = pressure(text).unwrap().si;
             assert!((found - pascals).abs() < 1e-6, "{text}: {found}");
         }
         for wrong in ["", "mm", "3 inch", "nan", "infm", "3mmm", "µm"] {

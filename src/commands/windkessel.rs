@@ -45,7 +45,8 @@ pub struct Arguments {
     /// case's vessel].
     #[arg(long, value_name = "PA_S_M3")]
     proximal: Option<f64>,
-    /// Shares of the flow that leave by the ends of a tree, in their order, such as 0.65,0.35 [default: by --murray].
+    /// Shares of the flow that leave by the ends of a tree, in their order, such as 0.65,0.35 or 65,35 [default: by
+    /// --murray].
     #[arg(
         long,
         value_name = "SHARE,...",

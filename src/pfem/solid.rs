@@ -131,7 +131,8 @@ pub enum SolidError {
     NoUnloadedShape(Box<NoUnloadedShape>),
     /// An element is, or became, inside out.
     #[error(
-        "element {element} of the wall is inside out at {position:?} m (Jacobian {jacobian:.3e})"
+        "element {element} of the wall is inside out at ({:.4e}, {:.4e}, {:.4e}) m (Jacobian {jacobian:.3e})",
+        .position[0], .position[1], .position[2]
     )]
     Inverted {
         /// Index of the element.

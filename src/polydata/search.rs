@@ -13,6 +13,9 @@ const EDGE: f64 = 1e-9;
 /// Triangles of a smaller area, relative to the square of their longest edge, are lines: nothing is nearest to them.
 const FLAT: f64 = 1e-12;
 
+/// Places along a ray that are nearer to each other, relative to its length, are one.
+const SAME: f64 = 1e-3;
+
 /// Triangles in an R*-tree, curved by the normals at their corners.
 #[derive(Debug, Clone)]
 pub struct SurfaceSearch {
@@ -222,6 +225,21 @@ impl SurfaceSearch {
             normal,
             triangle: facet.number,
         })
+    }
+
+    /// How often a ray meets the plane triangles within a distance (m): those of one place once.
+    pub fn crossings(&self, from: &Vec3, direction: &Vec3, reach: f64) -> usize {
+        let boxes = OnRay {
+            from: *from,
+            direction: *direction,
+        };
+        let candidates = self.tree.locate_with_selection_function(boxes);
+        let met = candidates.filter_map(|facet| facet.met(from, direction));
+        let mut distances: Vec<f64> = met.map(|(distance, _)| distance).collect();
+        distances.retain(|distance| *distance < reach);
+        distances.sort_by(f64::total_cmp);
+        distances.dedup_by(|b, a| *b - *a < SAME * reach);
+        distances.len()
     }
 
     /// How the straight way between two places meets the surface first, and where, m.

@@ -2,10 +2,14 @@
 
 use super::{ProposalError, ProposalInput, files};
 use crate::case::{LengthUnit, TreeKeys, TreeLine};
+use fsi_numerics::twelve_digits;
 use std::path::Path;
 
 /// Flow goes with this power of the radius (Murray 1926).
 pub(super) const MURRAY: f64 = 3.0;
+/// Sums of shares that say how all of the flow divides, and how far off rounded shares may be.
+const WHOLE: [f64; 2] = [1.0, 100.0];
+const ROUNDED: f64 = 0.01;
 /// The radius at an end is the median over this share of its line.
 const END: f64 = 0.2;
 
@@ -146,6 +150,13 @@ pub(super) fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, P
         let outlets = (1..=ends).map(|i| format!("outlet{i}"));
         return Ok(["inlet".into()].into_iter().chain(outlets).collect());
     }
+    if let Some(empty) = input.names.iter().position(|name| name.is_empty()) {
+        return Err(ProposalError::Input(format!(
+            "--names {}: name {} is empty: expected names such as inlet,left,right",
+            input.names.join(","),
+            empty + 1
+        )));
+    }
     if input.names.len() != ends + 1 {
         return Err(ProposalError::Input(format!(
             "--names: expected {}, that of the inlet and then those of the {ends} ends in the order of the file, found {}",
@@ -234,5 +245,14 @@ fn shares(
         )));
     }
     let sum: f64 = given.iter().sum();
+    if WHOLE
+        .iter()
+        .all(|whole| (sum / whole - 1.0).abs() > ROUNDED)
+    {
+        return Err(ProposalError::Input(format!(
+            "--split: the shares add up to {}: expected 1, or 100 if they are in percent",
+            twelve_digits(sum)
+        )));
+    }
     Ok(given.iter().map(|share| share / sum).collect())
 }

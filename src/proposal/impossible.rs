@@ -149,7 +149,9 @@ impl Impossible {
         if !input.split.is_empty() {
             let kept = ends.names[1..].iter().zip(&input.split);
             let kept = kept.filter(|(name, _)| !self.ends.iter().any(|(other, ..)| other == *name));
-            input.split = kept.map(|(_, share)| *share).collect();
+            let kept: Vec<f64> = kept.map(|(_, share)| *share).collect();
+            let sum: f64 = kept.iter().sum();
+            input.split = kept.into_iter().map(|share| share / sum).collect();
         }
         let names = self.ends.iter().map(|(name, ..)| name.clone());
         input.leave_out.extend(names);

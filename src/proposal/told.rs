@@ -90,6 +90,7 @@ pub fn mistakes(errors: &CaseErrors, input: &ProposalInput, trial: &Path) -> Str
                 format!("--lumen{}: ", shown(&input.lumen))
             }
             "tree.outlets" => "--names: ".into(),
+            "tree.smoothing_m" if input.smoothing.is_some() => "--smoothing: ".into(),
             key if key.starts_with("tree.opening") && key.contains(".flow") => {
                 format!("--flow{}: ", shown(&input.flow))
             }

@@ -62,7 +62,8 @@ pub enum FlowError {
     Model(String),
     /// The mesh became inside out.
     #[error(
-        "element {element} of the fluid's mesh is inside out at {position:?} m (Jacobian {jacobian:.3e}): the wall has moved too far"
+        "element {element} of the fluid's mesh is inside out at ({:.4e}, {:.4e}, {:.4e}) m (Jacobian {jacobian:.3e}): the wall has moved too far",
+        .position[0], .position[1], .position[2]
     )]
     Inverted {
         /// Index of the element.

@@ -265,3 +265,43 @@ fn check_says_what_is_to_be_expected_and_what_is_odd() {
         assert!(odd.contains(part), "{part}: {odd}");
     }
 }
+
+/// The same of a vessel that branches.
+#[test]
+fn values_of_a_tree_that_are_not_usual_are_told() {
+    let carotid = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/trees/carotid");
+    assert_eq!(said(&carotid, &[]), Vec::<String>::new());
+    let [left, right] = [1, 2].map(|i| format!("tree.opening[{i}].resistance_Pa_s_m3"));
+    let proximal = [1, 2].map(|i| format!("tree.opening[{i}].proximal_resistance_Pa_s_m3=2"));
+    let all = [format!("{left}=20"), format!("{right}=30")];
+    let all: Vec<&str> = all.iter().chain(&proximal).map(String::as_str).collect();
+    for (set, parts) in [
+        (
+            &["tree.unit=cm"][..],
+            &[
+                "the largest radius of the centre-lines is 35 mm, not 0.2 to 25 mm as usual: look at tree.unit (--set)",
+            ][..],
+        ),
+        (
+            &all,
+            &[
+                "all resistances together times the mean flow, is 5.48e-7 mmHg",
+                "look at tree.opening[1].resistance_Pa_s_m3 (--set); 20 mmHg s/ml is 2.666e9 Pa s/m³",
+            ],
+        ),
+        (
+            &all[..1],
+            &["the proximal share of the resistance is 1.5e7", &left],
+        ),
+        (
+            &["wall.material[0].mu_Pa=200"],
+            &["the shear modulus of walls and grafts", "200 kPa is 2e5 Pa"],
+        ),
+    ] {
+        let told = said(&carotid, set).join("\n");
+        assert!(
+            parts.iter().all(|part| told.contains(part)),
+            "{set:?}: {told}"
+        );
+    }
+}

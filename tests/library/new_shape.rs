@@ -255,7 +255,7 @@ fn a_wall_can_be_given_with_its_thickness_and_state() {
         ),
         (
             ["--thickness", "-1mm"],
-            "--thickness -0.001: expected a length",
+            "--thickness -1mm: expected a length",
         ),
         (["--thickness", "thin"], "expected a length such as 3mm"),
         (["--loaded", "80"], "expected a pressure with its unit"),

@@ -291,6 +291,18 @@ fn what_does_not_fit_a_tree_is_refused() {
             "--split -0.5: expected shares above 0",
         ),
         (
+            &["--unit", "mm", "--split", "0.7,0.7"],
+            "--split: the shares add up to 1.4: expected 1, or 100 if they are in percent",
+        ),
+        (
+            &["--unit", "mm", "--smoothing", "500mm"],
+            "--smoothing: expected at most 8.0e-2, the length of the longest line",
+        ),
+        (
+            &["--unit", "mm", "--thickness", "50mm"],
+            "--thickness 50mm: expected a length from 1e-6 to 0.02 m",
+        ),
+        (
             &["--unit", "mm", "--split", "1,1", "--murray", "2"],
             "leave out --murray",
         ),
@@ -579,8 +591,39 @@ fn a_thick_wall_is_built_where_branches_part() {
     assert_eq!(hopeless.status.code(), Some(2));
     let reason = said(&hopeless.stderr);
     assert!(
-        reason.contains("with 256 averages of the normals as well"),
+        reason.contains("`wall.extrude.thicknesses` = [5.0]: the wall would be inside out ")
+            && reason.contains(" mm along the branch \"")
+            && reason.contains("with 256 averages of the normals as well"),
         "{reason}"
+    );
+}
+
+/// A pressure that no wall of these layers carries is refused before an unloaded shape is looked for.
+#[test]
+fn a_pressure_that_the_wall_does_not_carry_is_refused() {
+    let carotid = Path::new(EXAMPLES).join("carotid");
+    let keys = [
+        "wall.initial.pressure_Pa=5e5",
+        "tree.opening[1].initial_pressure_Pa=5e5",
+        "tree.opening[2].initial_pressure_Pa=5e5",
+    ];
+    let check = [
+        "check",
+        carotid.to_str().unwrap(),
+        "--preset",
+        "demo",
+        "--fluid",
+        "native",
+    ];
+    let set = keys.iter().flat_map(|set| ["--set", set]);
+    let arguments: Vec<&str> = check.into_iter().chain(set).collect();
+    let output = driver(&std::env::temp_dir(), &arguments);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{error}");
+    assert!(
+        error.contains("`wall.initial.pressure_Pa` = 500000.0: the wall of the branch \"common\", 0.25 of the radius thick")
+            && error.contains("does not carry 500.0 kPa (3750 mmHg)"),
+        "{error}"
     );
 }
 
@@ -644,6 +687,8 @@ fn names_of_ends_are_those_of_the_case() {
             "--names: expected 3, that of the inlet and then those of the 2 ends in the order of the file, found 2",
         ),
         ("--names a,b,c,d", "found 4"),
+        ("--names ,,", "--names ,,: name 1 is empty"),
+        ("--names a,,c", "--names a,,c: name 2 is empty"),
         ("--names a,b,a", "two openings are called \"a\""),
         (
             "--names a,b,wallFsi",

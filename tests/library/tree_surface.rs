@@ -296,11 +296,38 @@ fn surfaces_that_do_not_fit_are_reported() {
     );
     let file = folder.path().join("tree.stl");
     let whole = triangles(&std::fs::read(&file).unwrap());
+    // Within the parent alone it is round the lines.
+    let narrower: Vec<[[f32; 3]; 3]> = whole
+        .iter()
+        .map(|three| three.map(|[x, y, z]| [0.8 * x, 0.8 * y, z]))
+        .collect();
     let same = |x: [f32; 3]| x;
     let all = |_: [f32; 3]| true;
     assert!(load(folder.path()).is_ok());
     let away =
         |x: [f32; 3], from: [f32; 3]| (0..3).map(|c| (x[c] - from[c]).powi(2)).sum::<f32>().sqrt();
+    let aside = changed(&whole, |[x, y, z]| [x, y + 2.0, z], all);
+    std::fs::write(&file, aside).unwrap();
+    let case = load(folder.path()).unwrap_or_else(|e| panic!("{e}"));
+    let error = Domain::new(&case).err().unwrap();
+    assert_eq!(error.key, "tree.lumen");
+    assert!(
+        error
+            .reason
+            .contains("radii beside the middle of the surface (tree.lumen)"),
+        "{}",
+        error.reason
+    );
+    let text = std::fs::read_to_string(folder.path().join("case.toml")).unwrap();
+    let text = text.replacen("unit = ", "lumen_smoothing_m = 1.0\nunit = ", 1);
+    std::fs::write(folder.path().join("smooth.toml"), text).unwrap();
+    let errors = load(&folder.path().join("smooth.toml"))
+        .unwrap_err()
+        .to_string();
+    assert!(
+        errors.contains("4 times the median radius of the lumen"),
+        "{errors}"
+    );
     for (bytes, reason) in [
         (
             changed(&whole, |x| x.map(|c| 0.1 * c), all),
@@ -316,7 +343,27 @@ fn surfaces_that_do_not_fit_are_reported() {
         ),
         (
             changed(&whole, |x| [x[0] + 60.0, x[1], x[2]], all),
-            "lie outside of the surface",
+            "the surface does not enclose the line to \"internal\", 100 % of which lie outside",
+        ),
+        (
+            changed(&whole, |x| [x[0] + 20.0, x[1], x[2]], all),
+            "does not enclose the line to",
+        ),
+        (
+            changed(&whole, |x| [x[0], x[1], x[2] + 20.0], all),
+            "65 % of which lie outside, first 5.00 mm from its beginning. The surface reaches from",
+        ),
+        (
+            changed(&whole, |x| x.map(|c| 0.5 * c), all),
+            "are both in the same coordinates and units (tree.lumen_unit, or tree.unit of the lines)?",
+        ),
+        (
+            changed(&whole, |x| [x[0] + 2.5, x[1], x[2]], all),
+            "does not enclose the line to \"external\"",
+        ),
+        (
+            changed(&[&whole[..], &narrower].concat(), same, all),
+            "one surface lies within another",
         ),
         (
             changed(&whole, same, |x| away(x, [3.3, 0.0, -20.0]) > 2.0),

@@ -146,6 +146,11 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("unit = \"mm\"", "unit = \"mm\"\nlumen_points_m = [[0,0,0],[1,0,0],[0,1,0]]\nlumen_triangles = [[0, 1, 3]]", "tree.lumen_triangles", "the point 3, counted from 0, and there are 3"),
     ("unit = \"mm\"", "unit = \"mm\"\nlumen_points_m = [[0,0,0],[1,0,0],[0,1,0]]\nlumen_triangles = [[0, 1, -2]]", "tree.lumen_triangles", "three whole numbers from 0"),
     ("unit = \"mm\"", "unit = \"mm\"\nlumen_points_m = [[0,0,0],[1,0,0],[0,1,0]]\nlumen_triangles = [[0, 1]]", "tree.lumen_triangles", "three whole numbers from 0"),
+    ("unit = \"mm\"", "unit = \"mm\"\nsmoothing_m = 0.5", "tree.smoothing_m", "expected at most 3.6e-2, the length of the longest line"),
+    ("[tree]", "[[wall.support]]\nsupport = \"clamped\"\nsurfaces = [\"left\", \"left\"]\n[tree]", "wall.support[0].surfaces", "\"left\" is listed twice"),
+    ("[tree]", "[[wall.support]]\nsupport = \"clamped\"\nsurfaces = [\"left\"]\n[[wall.support]]\nsupport = \"sliding\"\nheld = [\"x\"]\nsurfaces = [\"left\"]\n[tree]", "wall.support[1].surfaces", "wall.support[0] holds \"left\" already, and what is clamped does not move"),
+    ("[tree]", "[[wall.support]]\nsupport = \"springs\"\nspring_Pa_m = 1e6\nsurfaces = [\"outer\"]\n[[wall.support]]\nsupport = \"springs\"\nspring_Pa_m = 1e6\nsurfaces = [\"outer\"]\n[tree]", "wall.support[1].surfaces", "springs of both add up"),
+    ("[tree]", "[[output.probe]]\npoint_m = [0, 0, 0]\n[tree]", "output.probe[0].point_m", "did you mean `output.probes_m` or `output.fluid_probes_m`?"),
     ("radial = 2", "radial = 0", "tree.radial", "from 1 to 100"),
     ("radial = 2", "radial = 2\nwall_grading = 0.0", "tree.wall_grading", "from 0.1"),
     ("[[tree.opening]]\nname = \"left\"", "[[tree.opening]]", "tree.opening[1].name", "is missing"),
@@ -177,6 +182,18 @@ fn mistakes_in_a_tree_are_reported() {
             "{new}: {text}\nexpected {key}: {reason}"
         );
     }
+    // One cause, one mistake.
+    let misnamed = TREE.replacen("name = \"left\"", "name = \"middle\"", 1);
+    let errors = load(folder.path(), &misnamed, &lines).unwrap_err();
+    assert_eq!(errors.0.len(), 1, "{errors}");
+    let far = "[[tree.line]]\npoints_m = [[-0.02, 0, 0], [0, 0, 0], [0.01, 1e300, 0]]\nradii_m = [3e-3, 3e-3, 2e-3]\n\
+               [[tree.line]]\npoints_m = [[-0.02, 0, 0], [0, 0, 0], [0.01, -0.01, 0]]\nradii_m = [3e-3, 3e-3, 2e-3]\n";
+    let text = TREE.replace("lines = \"y.swc\"\nunit = \"mm\"\n", "") + far;
+    let errors = load(folder.path(), &text, "").unwrap_err().to_string();
+    assert!(
+        errors.contains("a coordinate is 1e300 m: expected at most 100 m"),
+        "{errors}"
+    );
 }
 
 /// Lines that cannot be read, or be meshed, with a part of the reason.
@@ -188,6 +205,9 @@ fn lines_that_make_no_tree_are_reported() {
     let apart = swc(&[-30.0, 30.0]) + "99 0 0 90 0 2 -1\n100 0 9 90 0 2 99\n";
     let negative = swc(&[-30.0, 30.0]).replace("2 0 -19 0 0 3 1", "2 0 -19 0 0 -3 1");
     let twice = swc(&[-30.0, 30.0, 30.0]);
+    let beside = swc(&[-30.0, 30.0]) + "98 0 0 90 0 2 99\n99 0 9 90 0 2 98\n";
+    let bulge = swc(&[-30.0, 30.0]).replace("11 0 -10 0 0 3 10", "11 0 -10 0 0 30 10");
+    let far = swc(&[-30.0, 30.0]).replace("11 0 -10 0 0 3 10", "11 0 -10 1e300 0 3 10");
     let folder = tempfile::tempdir().unwrap();
     for (lines, reason) in [
         ("", "found 0"),
@@ -201,6 +221,15 @@ fn lines_that_make_no_tree_are_reported() {
         (
             "1 0 0 0 0 1 2\n2 0 1 0 0 1 1\n3 0 2 0 0 1 2\n",
             "its own ancestor",
+        ),
+        (&beside, "line 55: this point is its own ancestor"),
+        (
+            &bulge,
+            "at (-1.0000e-2, 0.0000e0, 0.0000e0) m the line to \"left\" has a radius of 3.000e-2 m",
+        ),
+        (
+            &far,
+            "a point lies at (-10.0, 1e300, 0.0): expected coordinates of less than 1e8",
         ),
         ("1 0 0 0 0 1 -1\n2 0 1 0 0 1 7\n", "there is no point 7"),
         ("1 0 0 0 0 1 -1\n1 0 1 0 0 1 1\n", "another point 1"),

@@ -21,18 +21,12 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, Fault> {
     let (nodes, scale) = load(path)?;
     let ends = ends(&nodes);
     let offered = || {
-        let describe = |id: &i64| match way(&nodes, *id) {
-            Ok(way) => format!("\"{id}\" ({} points)", way.len()),
-            Err(_) => format!("\"{id}\""),
-        };
+        let describe = |id: &i64| format!("\"{id}\" ({} points)", way(&nodes, *id).len());
         listed(&ends.iter().map(describe).collect::<Vec<_>>(), MOST_NAMED)
     };
     let end = match (branch, &ends[..]) {
         (None, [end]) => *end,
-        (None, []) if nodes.is_empty() => return Ok(LineFile::default()),
-        (None, []) => {
-            return Err("the points form a cycle: the root must have the parent -1".into());
-        }
+        (None, []) => return Ok(LineFile::default()),
         (None, _) => {
             return Err(fault!(
                 "the tree has {} ends: choose one by vessel.branch = {}",
@@ -51,7 +45,7 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, Fault> {
             })?
         }
     };
-    let way = way(&nodes, end)?;
+    let way = way(&nodes, end);
     if let Some(node) = way.iter().find(|node| node.radius <= 0.0) {
         return Err(fault!(
             "line {}: expected a radius above 0, found {}",
@@ -77,8 +71,8 @@ pub fn read(path: &Path, branch: Option<&str>) -> Result<LineFile, Fault> {
 /// The ways from the root to each end, as points and radii in the unit of the file.
 pub fn all(path: &Path) -> Result<Vec<CentreLine>, Fault> {
     let (nodes, scale) = load(path)?;
-    let line = |end: &i64| way(&nodes, *end).map(|way| scaled(&way, scale));
-    ends(&nodes).iter().map(line).collect()
+    let line = |end: &i64| scaled(&way(&nodes, *end), scale);
+    Ok(ends(&nodes).iter().map(line).collect())
 }
 
 /// The points of a file by their numbers, and what their coordinates are to be multiplied by.
@@ -159,14 +153,36 @@ fn nodes(text: &str) -> Result<(BTreeMap<i64, Node>, [f64; 3]), Fault> {
     let mut orphans = nodes
         .values()
         .filter(|node| node.parent > 0 && !nodes.contains_key(&node.parent));
-    match orphans.next() {
-        Some(node) => Err(fault!(
-            "line {}: there is no point {}, its parent",
+    if let Some(node) = orphans.next() {
+        let parent = node.parent;
+        return Err(Fault::at(
             node.line,
-            node.parent
+            format_args!("there is no point {parent}, its parent"),
+        ));
+    }
+    match in_a_cycle(&nodes) {
+        Some(node) => Err(Fault::at(
+            node.line,
+            "this point is its own ancestor: a tree has no cycles, and its root has the parent -1",
         )),
         None => Ok((nodes, scale)),
     }
+}
+
+/// A point that is its own ancestor, unless it is a root that names itself.
+fn in_a_cycle(nodes: &BTreeMap<i64, Node>) -> Option<&Node> {
+    let mut seen_from: BTreeMap<i64, i64> = BTreeMap::new();
+    for start in nodes.keys() {
+        let mut at = *start;
+        while let Some(node) = nodes.get(&at).filter(|node| node.parent != at) {
+            match seen_from.insert(at, *start) {
+                Some(other) if other == *start => return Some(node),
+                Some(_) => break,
+                None => at = node.parent,
+            }
+        }
+    }
+    None
 }
 
 /// The factors of a comment `SCALE x y z`.
@@ -186,20 +202,13 @@ fn scale_of(comment: &str, line: usize) -> Result<Option<[f64; 3]>, Fault> {
     }
 }
 
-/// From the root to a point.
-fn way(nodes: &BTreeMap<i64, Node>, end: i64) -> Result<Vec<&Node>, Fault> {
-    let (mut way, mut next) = (Vec::new(), end);
-    while let Some(node) = nodes.get(&next) {
+/// From the root, which may name itself, to a point.
+fn way(nodes: &BTreeMap<i64, Node>, end: i64) -> Vec<&Node> {
+    let (mut way, mut next) = (Vec::new(), Some(end));
+    while let Some((id, node)) = next.and_then(|id| nodes.get_key_value(&id)) {
         way.push(node);
-        // A root may name itself.
-        if node.parent == next {
-            break;
-        }
-        next = node.parent;
-        if way.len() > nodes.len() {
-            return Err(fault!("line {}: this point is its own ancestor", node.line));
-        }
+        next = (node.parent != *id).then_some(node.parent);
     }
     way.reverse();
-    Ok(way)
+    way
 }

@@ -4,6 +4,9 @@ use super::{CentreLine, swc, vtp};
 use crate::files::{Fault, fault};
 use std::path::Path;
 
+/// No coordinate of a vessel is as large, in any unit.
+const FAR: f64 = 1e8;
+
 /// Points and radii of a line, in the unit of its file.
 pub type LineOfTree = (Vec<[f64; 3]>, Vec<f64>);
 
@@ -38,6 +41,12 @@ pub fn lines_of_tree(path: &Path) -> Result<Vec<LineOfTree>, Fault> {
     let mut lines: Vec<LineOfTree> = (lines.into_iter())
         .map(|line| (line.points, line.radii))
         .collect();
+    let far = lines.iter().flat_map(|(points, _)| points);
+    if let Some([x, y, z]) = { far }.find(|x| !x.iter().all(|c| c.abs() < FAR)) {
+        return Err(fault!(
+            "a point lies at ({x:?}, {y:?}, {z:?}): expected coordinates of less than {FAR:e}; correct it, or delete it"
+        ));
+    }
     downstream(&mut lines);
     let apart = lines.iter().position(|line| !is_joined(line, &lines));
     if let Some(number) = apart {

@@ -418,7 +418,9 @@ fn supports(own: &OwnCase, report: &mut Report<'_>) {
         .tree
         .as_ref()
         .map_or_else(Vec::new, TreeKeys::open_names);
-    for (i, support) in own.wall.support.iter().flatten().enumerate() {
+    let supports: Vec<&WallSupport> = own.wall.support.iter().flatten().collect();
+    for (i, support) in supports.iter().enumerate() {
+        held_before(&supports[..=i], report);
         let key = |name: &str| format!("wall.support[{i}].{name}");
         report(
             &[&key("at_rest")],
@@ -454,6 +456,40 @@ fn supports(own: &OwnCase, report: &mut Report<'_>) {
             ),
         );
     }
+}
+
+/// Whether the last of these supports holds a surface once more, or in vain.
+fn held_before(supports: &[&WallSupport], report: &mut Report<'_>) {
+    use WallSupport::{Clamped, Springs};
+    let Some((last, others)) = supports.split_last() else {
+        return;
+    };
+    let key = format!("wall.support[{}].surfaces", others.len());
+    let surfaces = last.surfaces();
+    let twice = (surfaces.iter().enumerate()).find(|(i, name)| surfaces[..*i].contains(name));
+    report(
+        &[&key],
+        twice.is_some(),
+        format!("{:?} is listed twice", twice.map_or("", |(_, name)| name)),
+    );
+    let again = |other: &&WallSupport| match (*other, *last) {
+        (Clamped { .. }, _) | (_, Clamped { .. }) => {
+            Some("what is clamped does not move: leave it out of one of the two")
+        }
+        (Springs { .. }, Springs { .. }) => Some("springs of both add up: write their sum once"),
+        _ => None,
+    };
+    let found = others.iter().enumerate().find_map(|(i, other)| {
+        let name = surfaces.iter().find(|name| other.surfaces().contains(name));
+        Some((i, name?, again(other)?))
+    });
+    report(
+        &[&key],
+        found.is_some(),
+        found.map_or(String::new(), |(i, name, reason)| {
+            format!("wall.support[{i}] holds {name:?} already, and {reason}")
+        }),
+    );
 }
 
 fn is_file(key: &str, path: &Path, report: &mut Report<'_>) {

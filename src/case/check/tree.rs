@@ -4,10 +4,14 @@ use super::Report;
 use crate::Vec3;
 use crate::case::ConditionKeys;
 use crate::case::tree::{BETWEEN, MAX_ENDS, WALL};
-use crate::case::{Case, InitialWall, Solver, TreeKeys, VesselSide};
+use crate::case::{Case, InitialWall, Solver, TreeKeys, TreeLine, VesselSide};
 
 /// Radii of vessels, m.
 const RADII: [f64; 2] = [1e-5, 0.05];
+/// No vessel is so far (m) from the origin of its coordinates.
+const FAR: f64 = 100.0;
+/// The radius of a single point that is larger than those of its neighbours by this factor is a mistake.
+const BULGE: f64 = 4.0;
 
 pub(super) fn check(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
     if check_vessel(tree, report) {
@@ -135,6 +139,34 @@ fn places(tree: &TreeKeys, report: &mut Report<'_>) {
             odd.unwrap_or(0.0)
         ),
     );
+    let names = tree.names();
+    let told = |i: usize| names.get(i + 1).map_or("", String::as_str);
+    let mut coordinates = lines.iter().flat_map(|line| line.points.iter().flatten());
+    let far = coordinates.find(|x| x.abs() > FAR);
+    report(
+        &[origin(tree), "tree.unit"],
+        far.is_some(),
+        format!(
+            "a coordinate is {:e} m: expected at most {FAR} m; correct it, or the unit",
+            far.unwrap_or(&0.0)
+        ),
+    );
+    let bulge = (0..lines.len()).find_map(|i| Some((i, bulge(&lines[i])?)));
+    report(
+        &[origin(tree)],
+        bulge.is_some(),
+        bulge.map_or(String::new(), |(i, point)| {
+            let (radii, [x, y, z]) = (&lines[i].radii, lines[i].points[point]);
+            format!(
+                "at ({x:.4e}, {y:.4e}, {z:.4e}) m the line to \"{}\" has a radius of {:.3e} m, and {:.3e} and {:.3e} m at the \
+                 points next to it, which lie within that: correct it",
+                told(i),
+                radii[point],
+                radii[point - 1],
+                radii[point + 1]
+            )
+        }),
+    );
     let end = |i: usize| {
         let line = &lines[i];
         let x = line.points.last().map(|x| Vec3::from(*x));
@@ -146,8 +178,6 @@ fn places(tree: &TreeKeys, report: &mut Report<'_>) {
     };
     let pairs = (0..lines.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
     let same = pairs.clone().find(is_same);
-    let names = tree.names();
-    let told = |i: usize| names.get(i + 1).map_or("", String::as_str);
     let (i, j) = same.unwrap_or((0, 0));
     report(
         &[origin(tree)],
@@ -158,6 +188,18 @@ fn places(tree: &TreeKeys, report: &mut Report<'_>) {
             told(j)
         ),
     );
+}
+
+/// A point of a line whose radius is far larger than those of its neighbours, although they lie within it.
+fn bulge(line: &TreeLine) -> Option<usize> {
+    let at = |i: usize| Some((Vec3::from(*line.points.get(i)?), *line.radii.get(i)?));
+    (1..line.points.len()).find(|&i| {
+        let (Some((x, radius)), Some(before), Some(after)) = (at(i), at(i - 1), at(i + 1)) else {
+            return false;
+        };
+        let is_thin = |(y, other): (Vec3, f64)| radius > BULGE * other && (y - x).norm() < radius;
+        is_thin(before) && is_thin(after)
+    })
 }
 
 /// Whether triangles have the points that they name.
@@ -260,9 +302,11 @@ fn openings(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
     }
     let is_open = |name: &&String| !given.iter().any(|keys| keys.name == **name);
     let open: Vec<&str> = (names.iter().filter(is_open)).map(String::as_str).collect();
+    // One that is called wrongly may be meant for this opening.
+    let misnamed = given.iter().filter(|keys| !names.contains(&keys.name));
     report(
         &[origin(tree)],
-        !open.is_empty(),
+        open.len() > misnamed.count(),
         format!(
             "what is prescribed at \"{}\"? Add a table [[tree.opening]] with its name and a condition",
             open.join("\", \"")

@@ -185,9 +185,11 @@ impl NativeFluid {
         let (velocities, pressures) = (3 * space.space.nodes, space.space.pressures);
         let metric = Metric::new(&space, &positions).map_err(|error| match error {
             FlowError::Inverted {
-                element, position, ..
+                element,
+                position: [x, y, z],
+                ..
             } => failed(&format!(
-                "element {element} of its mesh is inside out at {position:?} m: the vessel bends or narrows too sharply there; \
+                "element {element} of its mesh is inside out at ({x:.4e}, {y:.4e}, {z:.4e}) m: the vessel bends or narrows too sharply there; \
                  gentler bends or {advice} help"
             )),
             error => failed(&error),

@@ -28,39 +28,25 @@ pub struct TreeMeshes {
 
 /// Why the tree of a case has no mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{branches}{error}")]
+#[error("{text}")]
 pub struct TreeMistake {
-    /// Where, in words.
-    branches: String,
+    /// Where, and what is wrong.
+    text: String,
+    key: &'static str,
     error: TreeError,
 }
 
 impl TreeMistake {
     fn new(keys: &TreeKeys, error: TreeError) -> Self {
-        let mut branches = String::new();
-        let names = keys.names();
-        if let TreeError::Within(line, other, _) = error {
-            let [line, other] = [line, other].map(|line| &names[1 + line]);
-            branches = format!(
-                "the line to \"{line}\" stays within the lumen around that to \"{other}\": leave it out (tree.leave_out = \
-                 [\"{line}\"]), or continue it; "
-            );
-        } else if let Some(x) = error.place() {
-            let is_there = |line: &CentreLine| {
-                let foot = line.foot(&x);
-                foot.distance < NEAR * foot.radius
-            };
-            let lines = lines(keys);
-            let there = lines
-                .iter()
-                .zip(&names[1..])
-                .filter(|(line, _)| is_there(line));
-            let there: Vec<&str> = there.map(|(_, name)| name.as_str()).collect();
-            if !there.is_empty() {
-                branches = format!("on the way to {}: ", few(&there));
-            }
-        }
-        Self { branches, error }
+        let (text, key) = match (keys.off_centre(), &error) {
+            (_, TreeError::Surface(_)) => (error.to_string(), "tree.lumen_triangles"),
+            (Some(cause), _) => (
+                format!("{cause}; there is no mesh: {}", error.briefly()),
+                "tree.lumen",
+            ),
+            (None, _) => (format!("{}{error}", branches(keys, &error)), "tree.lines"),
+        };
+        Self { text, key, error }
     }
 
     /// Whether smoother lines may help.
@@ -80,10 +66,33 @@ impl TreeMistake {
 
     /// The key to blame.
     pub fn key(&self) -> &'static str {
-        match self.error {
-            TreeError::Surface(_) => "tree.lumen_triangles",
-            _ => "tree.lines",
-        }
+        self.key
+    }
+}
+
+/// Where something is wrong, in words.
+fn branches(keys: &TreeKeys, error: &TreeError) -> String {
+    let names = keys.names();
+    if let TreeError::Within(line, other, _) = error {
+        let [line, other] = [line, other].map(|line| &names[1 + line]);
+        return format!(
+            "the line to \"{line}\" stays within the lumen around that to \"{other}\": leave it out (tree.leave_out = \
+             [\"{line}\"]), or continue it; "
+        );
+    }
+    let Some(x) = error.place() else {
+        return String::new();
+    };
+    let is_there = |line: &CentreLine| {
+        let foot = line.foot(&x);
+        foot.distance < NEAR * foot.radius
+    };
+    let lines = lines(keys);
+    let there = (lines.iter().zip(&names[1..])).filter(|(line, _)| is_there(line));
+    let there: Vec<&str> = there.map(|(_, name)| name.as_str()).collect();
+    match there.is_empty() {
+        true => String::new(),
+        false => format!("on the way to {}: ", few(&there)),
     }
 }
 

@@ -55,6 +55,27 @@ pub struct Branches {
     pub notes: Vec<String>,
 }
 
+impl Branches {
+    /// Where a place (m) is, in words.
+    pub fn told(&self, x: &Vec3) -> String {
+        let near = self.lines.iter().map(|(wall, line)| {
+            let [begin, end] = line.ends();
+            let s = line.nearest(x).s.clamp(begin, end);
+            ((line.frame(s).origin - x).norm(), s - begin, wall)
+        });
+        let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0));
+        let (_, s, wall) = nearest.expect("a tree has branches");
+        let branch = wall.strip_prefix("wallFsi_").unwrap_or("between");
+        format!(
+            "{:.1} mm along the branch \"{branch}\", near ({:.4e}, {:.4e}, {:.4e}) m",
+            1e3 * s,
+            x.x,
+            x.y,
+            x.z
+        )
+    }
+}
+
 /// A lumen whose wall is round, while the faces of its mesh are plane.
 pub struct RoundLumen {
     /// Which corners of the wall's faces are those of a cross-section.

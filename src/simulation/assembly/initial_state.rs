@@ -3,7 +3,8 @@
 use super::domain::WALL;
 use super::{Domain, structure};
 use crate::Vec3;
-use crate::case::{BloodVessel, Case, GivenShape, InitialWall, Problem};
+use crate::analysis::tube_law::TubeLaw;
+use crate::case::{BloodVessel, Case, GivenShape, InitialWall, Problem, WallSupport};
 use crate::fluid::polygonal_wall::RoundWall;
 use crate::geometry::supports;
 use crate::geometry::{HexMesh, PolyMesh, Vessel, WallPolygons};
@@ -11,6 +12,7 @@ use crate::pfem::solution::stability::AtBifurcation;
 use crate::pfem::solution::statics::StaticOptions;
 use crate::pfem::solution::unloaded;
 use crate::pfem::{Discretization, Solid, SolidError, Structure};
+use crate::tabular::units::MMHG;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 
@@ -206,29 +208,13 @@ pub struct NoInitialState {
 }
 
 /// A wall that cannot be built, or not be held.
-fn not_built(case: &Case, error: SolidError) -> NoInitialState {
+fn not_built(case: &Case, domain: &Domain, error: SolidError) -> NoInitialState {
     let (key, advice) = match (&case.problem, &error) {
         (Problem::UserCase(own), SolidError::Inverted { .. }) if own.wall.file.is_some() => {
             (Some("wall.file.mesh"), "")
         }
-        (Problem::UserCase(own), SolidError::Inverted { .. }) if own.tree.is_some() => {
-            let chosen = own
-                .wall
-                .extrude
-                .as_ref()
-                .is_some_and(|it| it.smoothing.is_some());
-            let advice = match chosen {
-                true => {
-                    ": where branches part, no wall.extrude.smoothing (as many averages of the normals as it takes are \
-                     tried then), a thinner wall (wall.extrude.thicknesses) or more cells of the lumen (tree.core) help"
-                }
-                false => {
-                    ": if it is so without load, then with 256 averages of the normals as well; a thinner wall \
-                     (wall.extrude.thicknesses), more cells of the lumen (tree.core), smoother lines (tree.smoothing_m) or, \
-                     if it is so under load alone, more averages (wall.extrude.smoothing = 64) help"
-                }
-            };
-            (None, advice)
+        (Problem::UserCase(_), SolidError::Inverted { .. }) if domain.branches.is_some() => {
+            return not_grown(case, domain, &error);
         }
         (Problem::Vessel(_), SolidError::Inverted { .. }) => (
             None,
@@ -241,6 +227,83 @@ fn not_built(case: &Case, error: SolidError) -> NoInitialState {
         key: key.map(str::to_owned),
         error: SolidError::Model(format!("the wall cannot be built: {error}{advice}")),
     }
+}
+
+/// A wall of a tree that is inside out, without load or under it.
+fn not_grown(case: &Case, domain: &Domain, error: &SolidError) -> NoInitialState {
+    let extrusion = case.own().and_then(|own| own.wall.extrude.as_ref());
+    let place = domain.wall_inside_out(case);
+    let place = place.zip(domain.branches.as_ref());
+    let is_chosen = extrusion.is_some_and(|it| it.smoothing.is_some());
+    let key = match extrusion.is_some_and(|it| it.shares.is_empty()) {
+        true => "wall.extrude.thicknesses_m",
+        false => "wall.extrude.thicknesses",
+    };
+    let reason = match (place, is_chosen) {
+        (Some((x, branches)), true) => format!(
+            "the wall would be inside out {}: no wall.extrude.smoothing (as many averages of the normals as it takes are tried \
+             then), a thinner wall ({key}) or more cells of the lumen (tree.core) help",
+            branches.told(&x)
+        ),
+        (Some((x, branches)), false) => format!(
+            "the wall would be inside out {}, with 256 averages of the normals as well: a thinner wall ({key}), more cells of the \
+             lumen (tree.core) or smoother lines (tree.smoothing_m) help",
+            branches.told(&x)
+        ),
+        (None, _) => format!(
+            "the wall cannot be built: {error}, under load alone: a thinner wall ({key}), smoother lines (tree.smoothing_m) or more \
+             averages of the normals (wall.extrude.smoothing = 64) help"
+        ),
+    };
+    NoInitialState {
+        key: place.map(|_| key.into()),
+        error: SolidError::Model(reason),
+    }
+}
+
+/// That the wall of a branch, as a long tube, does not carry the pressure in the given shape, however narrow it was
+/// without load: the search for the unloaded shape would take long to find none.
+fn too_weak(case: &Case, initial: &InitialWall) -> Option<NoInitialState> {
+    let (own, pressure) = (case.own()?, initial.image_pressure);
+    let (tree, extrusion) = (own.tree.as_ref()?, own.wall.extrude.as_ref()?);
+    if initial.shape != GivenShape::Loaded || pressure <= 0.0 {
+        return None;
+    }
+    let radii = || tree.line.iter().flatten().flat_map(|line| &line.radii);
+    let narrowest = radii().copied().fold(f64::INFINITY, f64::min);
+    let widest = radii().copied().fold(0.0, f64::max);
+    let of_support = |support: &WallSupport| match support {
+        WallSupport::Springs { spring, .. } => *spring,
+        _ => 0.0,
+    };
+    let springs: f64 = own.wall.support.iter().flatten().map(of_support).sum();
+    let thickness = |wall: &str, branch: &str| {
+        let layers = extrusion.layers_of(wall, Some(branch));
+        let of_metres = layers.thicknesses.iter().map(|size| size / narrowest);
+        let thicknesses = layers.shares.iter().copied().chain(of_metres);
+        let materials = layers
+            .materials
+            .iter()
+            .filter_map(|name| own.wall.region(name));
+        let materials = materials.map(|region| &own.wall.materials()[region].material);
+        let layers: Vec<_> = materials.zip(thicknesses).collect();
+        let tube = TubeLaw::of_layers(&layers, case.prestretch(), springs * widest);
+        let ratio = tube.thickness_ratio();
+        tube.unloaded(pressure).is_none().then_some(ratio)
+    };
+    let mut branches = tree.walls().into_iter().zip(tree.branches());
+    let (ratio, branch) =
+        branches.find_map(|(wall, branch)| Some((thickness(&wall, &branch)?, branch)))?;
+    Some(NoInitialState {
+        key: Some(initial.key_of_image.clone()),
+        error: SolidError::Model(format!(
+            "the wall of the branch {branch:?}, {ratio:.2} of the radius thick, does not carry {:.1} kPa ({:.0} mmHg), however narrow it \
+             was without load: lower the pressure, or make the wall thicker (wall.extrude.thicknesses) or stiffer \
+             (wall.material)",
+            1e-3 * pressure,
+            pressure / MMHG
+        )),
+    })
 }
 
 /// What keeps an artery straight that would move sideways under a pressure (Pa) that is right.
@@ -277,7 +340,7 @@ fn what_keeps_straight(initial: &InitialWall) -> String {
 /// # Errors
 /// If the structure is not well posed, or there is no stable equilibrium; the text says what helps.
 pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoInitialState> {
-    let of_mesh = |error| not_built(case, error);
+    let of_mesh = |error| not_built(case, domain, error);
     let at_rest = |solid| InitialState {
         solid,
         unloading: None,
@@ -290,6 +353,9 @@ pub fn initial_state(case: &Case, domain: &Domain) -> Result<InitialState, NoIni
     let stretch = stretch * case.prestretch();
     if stretch == 1.0 && !is_pressed && !initial.tissue_rests_loaded {
         return structure(case, domain).map(at_rest).map_err(of_mesh);
+    }
+    if let Some(refused) = too_weak(case, &initial) {
+        return Err(refused);
     }
     let InitialWall {
         key, key_of_image, ..

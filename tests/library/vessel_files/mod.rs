@@ -325,7 +325,7 @@ const MISTAKES: &[(&str, &str, &str)] = &[
     ("points_m = [[0,0,0],[0.04,0,0]]\nradius_m = 3e-3\nbranch = \"1\"\n", "vessel.branch", "lines from a file"),
     ("points_m = [[0,0,0],[0.04,0,0]]\nradius_m = 3e-3\nreverse = true\n", "vessel.reverse", "lines from a file"),
     ("points_m = [[0,0,0],[0.04,0,0]]\nradius_m = 3e-3\nsmoothing_m = -1.0\n", "vessel.smoothing_m", "above 0.0"),
-    ("centre_line = \"circle.swc\"\nunit = \"mm\"\n", "vessel.centre_line", "form a cycle"),
+    ("centre_line = \"circle.swc\"\nunit = \"mm\"\n", "vessel.centre_line", "its own ancestor"),
     ("centre_line = \"orphan.swc\"\nunit = \"mm\"\n", "vessel.centre_line", "line 2: there is no point 7, its parent"),
     ("centre_line = \"short.swc\"\nunit = \"mm\"\n", "vessel.centre_line", "line 2: expected \"id type x y z radius parent\""),
     ("centre_line = \"twice.swc\"\nunit = \"mm\"\n", "vessel.centre_line", "line 2: there is another point 1"),
