@@ -149,7 +149,7 @@ fn described_once(own: &OwnCase, report: &mut Report<'_>) {
             .into(),
     );
     report(
-        &[if own.tree.is_some() { "tree.lines" } else { "fluid.case" }],
+        &[own.tree.as_ref().map_or("fluid.case", super::tree::origin)],
         !extrude && !file,
         "it has no wall yet: add a table [wall.extrude] with layers and thicknesses_m, or [wall.file] with a mesh; or wall.mode = \"rigid\""
             .into(),
