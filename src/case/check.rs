@@ -38,7 +38,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
         if !nonsense || keys.iter().any(|key| stack.is_wrong(key)) {
             return;
         }
-        let Some(entry) = stack.entry(keys[0]) else {
+        let Some(entry) = stack.entry_within(keys[0]) else {
             return;
         };
         // The scheme of a preset is not read where the driver has no say in it.
@@ -48,7 +48,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
         // Perhaps the value that was changed is another one of them.
         if let Some(other) = stack
             .last_written(keys)
-            .filter(|other| other.key != keys[0])
+            .filter(|other| other.key != entry.key)
         {
             let _ = write!(
                 message,
@@ -60,7 +60,7 @@ pub(super) fn check(case: &Case, stack: &Stack, errors: &mut Vec<CaseError>) {
         }
         errors.push(CaseError::Nonsense {
             place: entry.place.clone(),
-            key: keys[0].to_owned(),
+            key: entry.key.clone(),
             found: shorten(&entry.value),
             message,
         });

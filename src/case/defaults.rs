@@ -266,6 +266,9 @@ mod tests {
         };
         put("carotid/lines.vtp", "lines.vtp");
         put("../trees/carotid/lines.vtp", "tree.vtp");
+        put("../trees/y/trunk.csv", "common.csv");
+        put("../trees/y/left.csv", "internal.csv");
+        put("../trees/y/right.csv", "external.csv");
         put("surface/lumen.stl", "lumen.stl");
         put("surface/centre-line.csv", "middle.csv");
         let case = Case::load(folder.path(), Preset::Paper, &[]);

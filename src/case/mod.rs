@@ -59,6 +59,7 @@ mod templates;
 mod text_file;
 mod times;
 mod tree;
+mod tree_files;
 mod tree_lines;
 mod tree_lumen;
 mod uncertain;

@@ -12,8 +12,8 @@ use super::stack::{Stack, insert};
 use super::table::words;
 use super::value::shorten;
 use super::{
-    Anastomosis, BloodVessel, Case, Flag, Output, OwnCase, Shape, TreeKeys, VesselDescription,
-    WallMode,
+    Anastomosis, BloodVessel, Case, Flag, Mistake, Output, OwnCase, Shape, TreeKeys,
+    VesselDescription, WallMode,
 };
 use crate::files::{Fault, fault};
 use serde::{Deserialize, Serialize};
@@ -188,9 +188,10 @@ impl Case {
             errors.extend(refused(stack, mistake));
         }
         if let Problem::UserCase(own) = &mut self.problem
-            && let Err(mistake) = own.read_tree()
+            && let Err(mistakes) = own.read_tree()
         {
-            errors.extend(refused(stack, mistake));
+            let refused = |(key, message): &Mistake| refused(stack, (key, message.clone()));
+            errors.extend(mistakes.iter().filter_map(refused));
         }
         if let Some(Err(fault)) = self
             .output
@@ -282,9 +283,9 @@ impl Output {
 
 /// A mistake that a file shows, at the key that names it.
 fn refused(stack: &Stack, (key, message): (&str, String)) -> Option<CaseError> {
-    stack.entry(key).map(|entry| CaseError::Nonsense {
+    stack.entry_within(key).map(|entry| CaseError::Nonsense {
         place: entry.place.clone(),
-        key: key.to_owned(),
+        key: entry.key.clone(),
         found: shorten(&entry.value),
         message,
     })

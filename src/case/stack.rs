@@ -153,6 +153,17 @@ impl Stack {
         self.top.get(key).map(|(_, entry)| entry)
     }
 
+    /// The same, or the first of the values in the table of this name.
+    pub(super) fn entry_within(&self, key: &str) -> Option<&CaseValue> {
+        let within = || {
+            self.top
+                .iter()
+                .find(|(path, _)| schema::is_within(path, key))
+        };
+        let first = || within().map(|(_, (_, entry))| entry);
+        self.entry(key).or_else(first)
+    }
+
     /// Which values the key at `path` may have, if there is one.
     pub(super) fn kind_of(&self, path: &str) -> Option<ValueKind> {
         self.schema.find(path).map(|key| key.kind)

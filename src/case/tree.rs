@@ -1,6 +1,5 @@
 //! A vessel that branches: `[tree]` of a case, whose lumen is meshed by the driver and whose wall is extruded from it.
 
-use super::centre_line::{from_the_beginning, lines_of_tree};
 use super::opening::{ConditionKeys, Opening, VesselSide, prescribe_shares};
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
 use super::table::table;
@@ -11,6 +10,9 @@ use crate::Vec3;
 use crate::curve::{CentreLine, Partings};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
+
+/// The key to blame, and what is wrong.
+pub type Mistake = (String, String);
 
 /// Most ends of a tree: the adapter carries 64 openings.
 pub const MAX_ENDS: usize = 63;
@@ -25,7 +27,8 @@ table! {
     pub struct TreeKeys {
         lines: Option<PathBuf> = "lines", ValueKind::Path, "file with the centre-lines of all branches and their radii: .vtp, .vtk or .swc",
             absent "tree.line";
-        unit: Option<LengthUnit> = "unit", ValueKind::Word(LengthUnit::WORDS), "unit of the lengths in that file", absent "needed with tree.lines";
+        unit: Option<LengthUnit> = "unit", ValueKind::Word(LengthUnit::WORDS), "unit of the lengths in that file, or those of tree.line",
+            absent "needed with a file";
         inlet: Option<String> = "inlet", ValueKind::Text(30), "name of the opening where the lines begin", absent "inlet";
         outlets: Vec<String> = "outlets", ValueKind::Names(63), "names of the openings where they end, in the order of the lines",
             absent "those of tree.line, or outlet1, outlet2 and so on";
@@ -53,7 +56,7 @@ table! {
         wall_grading: Option<f64> = "wall_grading", from(0.1, 100.0), "thickness of the innermost ring over that at the wall", absent "3";
         length: Option<f64> = "length", above(0.0, 10.0), "length of a cell along a branch, in radii", absent "0.4";
         [native: Option<TreeElements>, "the driver's own elements in the lumen", only NATIVE]
-        [line: Option<Vec<TreeLine>>, "centre-lines in place of a file"]
+        [line: Option<Vec<TreeLine>>, "centre-lines in place of that file: points of the case, or a file for each branch"]
         [opening: Option<Vec<TreeOpening>>, "what is prescribed at the openings"]
     }
 }
@@ -82,10 +85,14 @@ impl TreeElements {
 
 table! {
     /// A centre-line from the beginning of a tree to one of its ends, or from another line on.
+    #[derive(Default)]
     pub struct TreeLine {
-        name: Option<String> = "name", ValueKind::Text(30), "name of the opening where it ends", absent "outlet1, outlet2 and so on";
-        points: Vec<[f64; 3]> = "points_m", ValueKind::Points(MOST_POINTS), "points of the centre-line";
-        radii: Vec<f64> = "radii_m", ValueKind::Sizes(MOST_POINTS), "radius of the lumen at each of these points";
+        name: Option<String> = "name", ValueKind::Text(30), "name of the line, and of the opening where it ends", absent "outlet1, outlet2 and so on";
+        file: Option<PathBuf> = "file", ValueKind::Path, "file with its points and radii: CSV with the columns x,y,z,r", absent "tree.line.points_m";
+        from: Option<String> = "from", ValueKind::Text(30), "name of the line that it begins on, at the place that is nearest to its first point",
+            absent "the nearest line, or none of one that begins at the inlet";
+        points: Vec<[f64; 3]> = "points_m", ValueKind::Points(MOST_POINTS), "points of the centre-line", absent "tree.line.file";
+        radii: Vec<f64> = "radii_m", ValueKind::Sizes(MOST_POINTS), "radius of the lumen at each of these points", absent "tree.line.file";
     }
 }
 
@@ -211,72 +218,24 @@ impl TreeKeys {
 }
 
 impl TreeKeys {
-    /// Those of the lines in a file, all else as it is by default.
-    pub fn of_file(path: PathBuf, unit: LengthUnit) -> Self {
-        let mut keys = Self::default();
-        (keys.lines, keys.unit) = (Some(path), Some(unit));
-        keys
-    }
-
     /// Reads the files that it names.
     ///
     /// # Errors
     /// The key to blame, and what is wrong.
-    pub fn read(&mut self) -> Result<(), (&'static str, String)> {
-        self.read_lines()?;
-        self.read_lumen().map(|_| ())
-    }
-
-    /// Reads the file of the centre-lines, if there is one: they then stand in it.
-    fn read_lines(&mut self) -> Result<(), (&'static str, String)> {
-        if let Some(path) = &self.lines {
-            if self.line.is_some() {
-                let reason = "the case has [[tree.line]] as well: leave out one of the two";
-                return Err(("tree.lines", reason.into()));
-            }
-            let Some(unit) = self.unit else {
-                let words: Vec<_> = LengthUnit::WORDS.iter().map(|(word, _)| *word).collect();
-                let words = words.join("\", \"");
-                let reason = format!(
-                    "expected its unit of length next to it: tree.unit = one of \"{words}\""
-                );
-                return Err(("tree.lines", reason));
-            };
-            let lines = lines_of_tree(path);
-            let lines = lines.map_err(|e| ("tree.lines", format!("{}: {e}", path.display())))?;
-            let size = unit.metres();
-            let scaled = lines.into_iter().map(|(points, radii)| TreeLine {
-                name: None,
-                points: points.into_iter().map(|x| x.map(|c| c * size)).collect(),
-                radii: radii.into_iter().map(|r| r * size).collect(),
-            });
-            self.line = Some(scaled.collect());
-        }
-        let lines = self.line.iter().flatten();
-        let fits = |line: &TreeLine| line.points.len() > 1 && line.points.len() == line.radii.len();
-        if self.lines.is_none() && lines.clone().all(fits) {
-            let lines: Vec<_> = (lines.clone())
-                .map(|line| (line.points.clone(), line.radii.clone()))
-                .collect();
-            let given = self.line.take().unwrap_or_default();
-            let whole = from_the_beginning(&lines).into_iter();
-            let named = whole.map(|(number, (points, radii))| TreeLine {
-                name: given[number].name.clone(),
-                points,
-                radii,
-            });
-            self.line = Some(named.collect());
-        }
-        self.change_lines()
+    pub fn read(&mut self) -> Result<(), Mistake> {
+        self.read_lines().map_err(|mut all| all.swap_remove(0))?;
+        let surface = self.read_lumen().map(|_| ());
+        surface.map_err(|(key, reason)| (key.into(), reason))
     }
 }
 
 impl OwnCase {
-    /// Reads the file of the centre-lines, if the case names one: they then stand in it, and so do patch and openings.
+    /// Reads the files of the centre-lines, if the case names some: they then stand in it, and so do patches and
+    /// openings.
     ///
     /// # Errors
-    /// The key to blame, and what is wrong.
-    pub(super) fn read_tree(&mut self) -> Result<(), (&'static str, String)> {
+    /// What is wrong.
+    pub(super) fn read_tree(&mut self) -> Result<(), Vec<Mistake>> {
         let Some(tree) = &mut self.tree else {
             return Ok(());
         };

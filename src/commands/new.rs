@@ -23,9 +23,10 @@ pub struct Arguments {
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// Centre-line: a table (.csv, .txt, .dat: x,y,z or x,y,z,r), paths of SimVascular (.pth), .vtp of VMTK or
-    /// SimVascular, or .swc [default: a straight one].
+    /// SimVascular, or .swc; of a vessel that branches also a table for each branch, --from again for each, the one at
+    /// the inlet first [default: a straight one].
     #[arg(long, value_name = "FILE")]
-    from: Option<PathBuf>,
+    from: Vec<PathBuf>,
     /// Surface of the lumen: .stl, .vtp, .vtk, .ply or .obj [default: circles of the centre-line's radii].
     #[arg(long, value_name = "FILE")]
     lumen: Option<PathBuf>,
@@ -233,7 +234,8 @@ impl Arguments {
     fn input(&self) -> ProposalInput {
         let si = |given: &Option<Given>| given.as_ref().map(|given| given.si);
         ProposalInput {
-            line: self.from.clone(),
+            line: self.from.first().cloned(),
+            branches: self.from.iter().skip(1).cloned().collect(),
             lumen: self.lumen.clone(),
             unit: self.unit,
             lumen_unit: self.lumen_unit,

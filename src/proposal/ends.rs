@@ -1,9 +1,9 @@
 //! The ends of a tree's lines: their names, radii, and shares of the flow.
 
-use super::{ProposalError, ProposalInput, files};
+use super::{ProposalError, ProposalInput, files, told};
 use crate::case::{LengthUnit, TreeKeys, TreeLine};
 use fsi_numerics::twelve_digits;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Flow goes with this power of the radius (Murray 1926).
 pub(super) const MURRAY: f64 = 3.0;
@@ -36,14 +36,14 @@ impl Ends {
     ///
     /// # Errors
     /// If the file cannot be read, or the input does not fit it.
-    pub fn of(input: &ProposalInput, path: &Path, unit: LengthUnit) -> Result<Self, ProposalError> {
-        let mut keys = input.tree_keys(path, unit);
-        keys.read().map_err(|(key, reason)| match key {
+    pub fn of(input: &ProposalInput, unit: LengthUnit) -> Result<Self, ProposalError> {
+        let mut keys = input.tree_keys(unit);
+        keys.read().map_err(|(key, reason)| match key.as_str() {
             "tree.least_radius_m" => format!("--least-radius: {reason}"),
-            _ => format!("--from {reason}"),
+            _ => format!("--from {}", told::in_options(&reason)),
         })?;
+        let mut names = names(input, &keys)?;
         let lines = keys.line.unwrap_or_default();
-        let mut names = names(input, lines.len())?;
         let in_file = names[1..].to_vec();
         for (option, given) in [
             ("--leave-out", &input.leave_out),
@@ -62,9 +62,10 @@ impl Ends {
         let kept = in_file.iter().cloned().zip(lines);
         let lines: Vec<_> = kept.filter(|(name, _)| is_kept(name)).collect();
         if lines.len() < 2 {
-            let option = match input.leave_out.is_empty() {
-                true => "--least-radius",
-                false => "--leave-out",
+            let option = match (input.leave_out.is_empty(), input.least_radius) {
+                (true, Some(_)) => "--least-radius",
+                (true, None) => "--from",
+                (false, _) => "--leave-out",
             };
             let reason = "a tree has two ends at least: --branch takes one line alone";
             return Err(ProposalError::Input(format!("{option}: {reason}")));
@@ -123,32 +124,54 @@ impl Ends {
     }
 
     /// Keys of the lines with these names, without those that are left out.
-    pub fn keys(&self, input: &ProposalInput, path: &Path, unit: LengthUnit) -> TreeKeys {
+    pub fn keys(&self, input: &ProposalInput, unit: LengthUnit) -> TreeKeys {
         TreeKeys {
             inlet: Some(self.names[0].clone()),
             outlets: self.in_file.clone(),
             leave_out: input.leave_out.clone(),
             closed: input.closed.clone(),
-            ..input.tree_keys(path, unit)
+            ..input.tree_keys(unit)
         }
     }
 }
 
 impl ProposalInput {
     /// Keys of all lines that are thick enough.
-    pub(super) fn tree_keys(&self, path: &Path, unit: LengthUnit) -> TreeKeys {
+    pub(super) fn tree_keys(&self, unit: LengthUnit) -> TreeKeys {
+        let line = |path: &PathBuf| TreeLine {
+            name: Some(branch_name(path)),
+            file: Some(path.clone()),
+            ..TreeLine::default()
+        };
+        let all = self.line.iter().chain(&self.branches);
+        let is_one = self.branches.is_empty();
         TreeKeys {
             least_radius: self.least_radius,
-            ..TreeKeys::of_file(path.to_path_buf(), unit)
+            lines: self.line.clone().filter(|_| is_one),
+            line: (!is_one).then(|| all.map(line).collect()),
+            unit: Some(unit),
+            ..TreeKeys::default()
         }
+    }
+
+    /// The files of the lines in a message.
+    pub(super) fn shown_lines(&self) -> String {
+        let all = self.line.iter().chain(&self.branches);
+        let all: Vec<String> = all.map(|path| path.display().to_string()).collect();
+        all.join(" --from ")
     }
 }
 
-/// Names of the openings, the inlet first.
-pub(super) fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, ProposalError> {
+/// What the branch in a file of its own is called.
+pub(super) fn branch_name(path: &Path) -> String {
+    let name = path.file_stem().unwrap_or_default();
+    name.to_string_lossy().into_owned()
+}
+
+/// Names of the openings of lines that have been read, the inlet first.
+pub(super) fn names(input: &ProposalInput, keys: &TreeKeys) -> Result<Vec<String>, ProposalError> {
     if input.names.is_empty() {
-        let outlets = (1..=ends).map(|i| format!("outlet{i}"));
-        return Ok(["inlet".into()].into_iter().chain(outlets).collect());
+        return Ok(keys.names());
     }
     if let Some(empty) = input.names.iter().position(|name| name.is_empty()) {
         return Err(ProposalError::Input(format!(
@@ -157,6 +180,7 @@ pub(super) fn names(input: &ProposalInput, ends: usize) -> Result<Vec<String>, P
             empty + 1
         )));
     }
+    let ends = keys.line.as_ref().map_or(0, Vec::len);
     if input.names.len() != ends + 1 {
         return Err(ProposalError::Input(format!(
             "--names: expected {}, that of the inlet and then those of the {ends} ends in the order of the file, found {}",

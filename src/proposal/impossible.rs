@@ -6,7 +6,6 @@ use super::{ProposalError, ProposalInput};
 use crate::case::{LengthUnit, listed};
 use crate::geometry::tree::Tree;
 use fsi_numerics::quadrature::Rule;
-use std::path::Path;
 
 /// Lines are smoothed more if that keeps so much more of the flow ...
 const WORTH: f64 = 0.02;
@@ -36,13 +35,12 @@ pub(super) struct Impossible {
 /// If less than two ends would be left.
 pub(super) fn of(
     input: &ProposalInput,
-    path: &Path,
     unit: LengthUnit,
     ends: &Ends,
 ) -> Result<Impossible, ProposalError> {
     let mut best: Result<Impossible, ProposalError> = Err("no line is left".into());
     for smoothing in Smoothing::tried(input, ends.range[1]) {
-        let found = with(input, path, unit, ends, smoothing);
+        let found = with(input, unit, ends, smoothing);
         best = match (best, found) {
             (Ok(best), Ok(found)) if found.value() < best.value() + WORTH => Ok(best),
             (Ok(best), Err(_)) => Ok(best),
@@ -61,19 +59,18 @@ pub(super) fn of(
 /// As [`of`], with lines that are smoothed so.
 fn with(
     input: &ProposalInput,
-    path: &Path,
     unit: LengthUnit,
     ends: &Ends,
     smoothing: Smoothing,
 ) -> Result<Impossible, ProposalError> {
-    let mut keys = ends.keys(input, path, unit);
+    let mut keys = ends.keys(input, unit);
     smoothing.put_into(&mut keys);
     keys.lumen.clone_from(&input.lumen);
     keys.lumen_unit = input.lumen_unit;
     // The mesh of the preset that comes first.
     (keys.core, keys.radial, keys.length) = (Some(4), Some(3), Some(0.6));
     let failed =
-        |reason: String| ProposalError::Input(format!("--from {}: {reason}", path.display()));
+        |reason: String| ProposalError::Input(format!("--from {}: {reason}", input.shown_lines()));
     keys.read().map_err(|(_, reason)| failed(reason))?;
     let nodes = Rule::gauss_lobatto(NODES).points;
     let flows = ends.lines.iter().map(|(_, share, _)| *share).collect();
@@ -91,14 +88,14 @@ fn with(
 }
 
 /// What a refusal says of it, if it helps.
-pub(super) fn advice(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends) -> String {
+pub(super) fn advice(input: &ProposalInput, unit: LengthUnit, ends: &Ends) -> String {
     if input.leaves_impossible_out {
         return String::new();
     }
     if ends.lines.len() > SEARCHED {
         return "; --leave-out-impossible finds ends without which the others have a mesh, if there are such".into();
     }
-    match of(input, path, unit, ends) {
+    match of(input, unit, ends) {
         Ok(found) if !found.ends.is_empty() => {
             let names: Vec<String> = found.ends.iter().map(|(name, ..)| name.clone()).collect();
             format!(

@@ -77,6 +77,8 @@ crate::case::table::words! {
 pub struct ProposalInput {
     /// File of the centre-line.
     pub line: Option<PathBuf>,
+    /// Files of the other branches of a tree, if each has one.
+    pub branches: Vec<PathBuf>,
     /// File of the lumen's surface.
     pub lumen: Option<PathBuf>,
     /// Unit of both, unless the first says its own.
@@ -190,8 +192,7 @@ impl Proposal {
             ("--murray", input.murray.is_some()),
         ];
         if let Some((option, _)) = of_trees.into_iter().find(|(_, is_given)| *is_given) {
-            let reason =
-                "is for a vessel that branches: --from a .vtp, .vtk or .swc with several ends";
+            let reason = "is for a vessel that branches: --from a .vtp, .vtk or .swc with several ends, or --from a table for each branch";
             return Err(ProposalError::Input(format!("{option} {reason}")));
         }
         let (input, mut remarks) = told::files(input)?;

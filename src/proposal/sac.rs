@@ -3,7 +3,6 @@
 use super::ends::names;
 use super::{ProposalError, ProposalInput};
 use crate::case::LengthUnit;
-use std::path::Path;
 
 /// The input with the ends closed that lie within a sac of the surface; and what is to be said of them.
 ///
@@ -11,18 +10,16 @@ use std::path::Path;
 /// If the names do not fit the lines.
 pub(super) fn closed(
     input: &ProposalInput,
-    path: &Path,
     unit: LengthUnit,
 ) -> Result<(ProposalInput, Vec<String>), ProposalError> {
     let mut input = input.clone();
-    let mut keys = input.tree_keys(path, unit);
+    let mut keys = input.tree_keys(unit);
     if input.lumen.is_none() || keys.read().is_err() {
         return Ok((input, Vec::new()));
     }
     keys.lumen.clone_from(&input.lumen);
     keys.lumen_unit = input.lumen_unit;
-    let ends = keys.line.as_ref().map_or(0, Vec::len);
-    let names = names(&input, ends)?;
+    let names = names(&input, &keys)?;
     let mut sacs: Vec<String> = (keys.sacs().into_iter())
         .map(|line| names[1 + line].clone())
         .collect();

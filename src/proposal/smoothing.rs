@@ -3,7 +3,6 @@
 use super::ends::Ends;
 use super::{ProposalInput, files};
 use crate::case::{LengthUnit, TreeKeys};
-use std::path::Path;
 
 /// What is tried, each further from the lines of the file: radii next to where branches part within which smooth curves
 /// replace the lines, and waves that are halved, in mean radii.
@@ -64,13 +63,7 @@ impl Smoothing {
     }
 
     /// What is to be said of it, unless it was given or nothing is smoothed.
-    pub fn remark(
-        self,
-        input: &ProposalInput,
-        path: &Path,
-        unit: LengthUnit,
-        ends: &Ends,
-    ) -> Option<String> {
+    pub fn remark(self, input: &ProposalInput, unit: LengthUnit, ends: &Ends) -> Option<String> {
         if self.is_none() || self.way.is_none() {
             return None;
         }
@@ -81,7 +74,7 @@ impl Smoothing {
             format!("smooth curves replace the lines within {radii} radii of where branches part")
         });
         let parts: Vec<String> = junctions.into_iter().chain(waves).collect();
-        let [moved, radii] = self.moved(ends.keys(input, path, unit))?;
+        let [moved, radii] = self.moved(ends.keys(input, unit))?;
         Some(format!(
             "smoothing {}, since the lines as they are have no mesh or no wall: points move by up to {:.2} mm ({radii:.1} radii)",
             parts.join(", "),

@@ -8,7 +8,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 /// Parts of messages about keys, and what they are among the options.
-const OPTIONS: [(&str, &str); 16] = [
+const OPTIONS: [(&str, &str); 17] = [
     (
         "tree.lumen_unit, or tree.unit of the lines",
         "--lumen-unit, or --unit of the lines",
@@ -29,6 +29,7 @@ const OPTIONS: [(&str, &str); 16] = [
     ("leave out vessel.branch", "leave out --branch"),
     ("inflow.unit", "--flow-unit"),
     ("(vessel.unit)", "(--unit)"),
+    ("(tree.unit)", "(--unit)"),
     ("vessel.unit, vessel.lumen_unit", "--unit, --lumen-unit"),
     ("vessel.lumen names", "--lumen takes"),
     ("vessel.lumen_unit", "--lumen-unit"),

@@ -1,7 +1,7 @@
 //! A case for a vessel that branches: an opening for each end, windkessels that share the flow.
 
 use super::beat::{Beat, fitting};
-use super::ends::{Ends, MURRAY};
+use super::ends::{Ends, MURRAY, branch_name};
 use super::files::rounded;
 use super::smoothing::Smoothing;
 use super::text::{FLOW, flow_file, name};
@@ -48,6 +48,9 @@ const GOOD: f64 = 0.15;
 /// # Errors
 /// If it has several lines that make no tree.
 pub(super) fn is_meant(input: &ProposalInput) -> Result<bool, ProposalError> {
+    if !input.branches.is_empty() {
+        return Ok(true);
+    }
     let Some(path) = input.line.as_ref().filter(|_| input.branch.is_none()) else {
         return Ok(false);
     };
@@ -75,10 +78,9 @@ fn has_several_lines(path: &Path) -> bool {
 /// # Errors
 /// What is missing, or all mistakes of the case.
 pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError> {
-    let path = input.line.clone().unwrap_or_default();
-    let unit = only_trees(input, &path)?;
-    let (input, remarks) = sac::closed(input, &path, unit)?;
-    let found = of_ends(&input, &path, unit, remarks.clone());
+    let unit = only_trees(input)?;
+    let (input, remarks) = sac::closed(input, unit)?;
+    let found = of_ends(&input, unit, remarks.clone());
     let Some(bulges) = sac::as_bulges(&input).filter(|_| found.is_err()) else {
         return found;
     };
@@ -87,22 +89,21 @@ pub(super) fn proposal(input: &ProposalInput) -> Result<Proposal, ProposalError>
         input.closed.join(", ")
     );
     let remarks = remarks.into_iter().chain([remark]).collect();
-    of_ends(&bulges, &path, unit, remarks).or(found)
+    of_ends(&bulges, unit, remarks).or(found)
 }
 
 /// Makes the case with these openings and sacs.
 fn of_ends(
     input: &ProposalInput,
-    path: &Path,
     unit: LengthUnit,
     of_sacs: Vec<String>,
 ) -> Result<Proposal, ProposalError> {
-    let (input, ends, tried, left_out) = with_possible_ends(input, path, unit)?;
+    let (input, ends, tried, left_out) = with_possible_ends(input, unit)?;
     let input = &input;
     let beat = Beat::of(input)?;
     let mut remarks = vec![format!(
-        "read      {}: a tree with {} ends{}{} (--branch takes one line alone)",
-        path.display(),
+        "read      {}: a tree with {} ends{}{}{}",
+        input.shown_lines(),
         ends.lines.len(),
         match ends.lines.len() - ends.shares.len() {
             0 => String::new(),
@@ -111,7 +112,11 @@ fn of_ends(
         input.least_radius.map_or(String::new(), |least| format!(
             " of vessels of at least {} mm",
             twelve_digits(1e3 * least)
-        ))
+        )),
+        match input.branches.is_empty() {
+            true => " (--branch takes one line alone)",
+            false => "",
+        }
     )];
     remarks.extend(of_sacs);
     remarks.extend(left_out);
@@ -130,25 +135,30 @@ fn of_ends(
     let (figures, more) = figures(input, &ends, curve)?;
     remarks.extend(more);
     let mut files = Vec::new();
-    for path in [&input.line, &input.lumen, &input.flow]
-        .into_iter()
-        .flatten()
-    {
-        let name = path.file_name().unwrap_or_default();
-        files.push((name.to_string_lossy().into_owned(), path.clone()));
+    let others = [&input.lumen, &input.flow].into_iter().flatten();
+    for path in input.line.iter().chain(&input.branches).chain(others) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if !input.branches.is_empty() && files.iter().any(|(other, _)| *other == name) {
+            let reason = format!("two files are called {name}: rename one of them");
+            return Err(ProposalError::Input(reason));
+        }
+        files.push((name.into_owned(), path.clone()));
     }
-    let text = |smoothing| text(input, path, unit, &ends, (pulse, smoothing), &figures);
+    let text = |smoothing| text(input, unit, &ends, (pulse, smoothing), &figures);
     let refused = |mistake: TreeMistake| {
         let smoother = match tried.len() {
             1 => "",
             _ => "; smoother lines have no mesh either",
         };
-        let advice = impossible::advice(input, path, unit, &ends);
-        let reason = format!("--from {}: {mistake}{smoother}{advice}", path.display());
+        let advice = impossible::advice(input, unit, &ends);
+        let reason = format!(
+            "--from {}: {mistake}{smoother}{advice}",
+            input.shown_lines()
+        );
         ProposalError::Input(reason)
     };
     let found = with_mesh(input, &files, &tried, text, refused)?;
-    remarks.extend(found.smoothing.remark(input, path, unit, &ends));
+    remarks.extend(found.smoothing.remark(input, unit, &ends));
     remarks.extend(found.remarks);
     Ok(Proposal {
         text: found.text,
@@ -163,16 +173,15 @@ fn of_ends(
 /// the lines are smoothed, and what is to be said of what is left out.
 fn with_possible_ends(
     input: &ProposalInput,
-    path: &Path,
     unit: LengthUnit,
 ) -> Result<(ProposalInput, Ends, Vec<Smoothing>, Vec<String>), ProposalError> {
-    let ends = Ends::of(input, path, unit)?;
+    let ends = Ends::of(input, unit)?;
     let count = ends.lines.len();
     if count > MAX_ENDS {
         return Err(ProposalError::Input(format!(
             "--from {}: {count} ends are more than {MAX_ENDS}: leave out thin vessels{}",
-            path.display(),
-            few_enough(input, path, unit, &ends)
+            input.shown_lines(),
+            few_enough(input, unit, &ends)
         )));
     }
     let mut chosen = input.clone();
@@ -180,9 +189,9 @@ fn with_possible_ends(
         let tried = Smoothing::tried(input, ends.range[1]);
         return Ok((chosen, ends, tried, Vec::new()));
     }
-    let found = impossible::of(input, path, unit, &ends)?;
+    let found = impossible::of(input, unit, &ends)?;
     found.put_into(&mut chosen, &ends);
-    let possible = Ends::of(&chosen, path, unit)?;
+    let possible = Ends::of(&chosen, unit)?;
     let remarks = found.remarks(count);
     Ok((chosen, possible, vec![found.smoothing], remarks))
 }
@@ -192,7 +201,7 @@ fn two_digits(x: f64) -> f64 {
 }
 
 /// The option with which few enough ends are left, in words.
-fn few_enough(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends) -> String {
+fn few_enough(input: &ProposalInput, unit: LengthUnit, ends: &Ends) -> String {
     let left = |share: i32| {
         let mut input = input.clone();
         // These are for the number of ends that the file has.
@@ -200,7 +209,7 @@ fn few_enough(input: &ProposalInput, path: &Path, unit: LengthUnit, ends: &Ends)
         (input.leave_out, input.closed) = Default::default();
         let least = two_digits(0.05 * f64::from(share) * ends.range[1]);
         input.least_radius = Some(least);
-        let count = Ends::of(&input, path, unit).ok()?.lines.len();
+        let count = Ends::of(&input, unit).ok()?.lines.len();
         (count <= MAX_ENDS).then_some((least, count))
     };
     let found = (1..60).find_map(left);
@@ -287,20 +296,34 @@ fn with_mesh(
 }
 
 /// That no option is given which only a single vessel has; and the unit of the lines.
-fn only_trees(input: &ProposalInput, path: &Path) -> Result<LengthUnit, ProposalError> {
+fn only_trees(input: &ProposalInput) -> Result<LengthUnit, ProposalError> {
+    let has_branches = !input.branches.is_empty();
     let given = [
+        ("--branch", has_branches && input.branch.is_some()),
         ("--like", input.like != Like::Uniform),
         ("--reverse", input.is_reversed),
         ("--radius", input.radius.is_some()),
     ];
     if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
+        let other = match has_branches {
+            true => "",
+            false => ", or choose one line with --branch",
+        };
         return Err(ProposalError::Input(format!(
-            "{option} is for a single vessel, and {} has several ends: leave it out, or choose one line with --branch",
-            path.display()
+            "{option} is for a single vessel, and --from {} has several ends: leave it out{other}",
+            input.shown_lines()
         )));
     }
+    let of_header = |path: &PathBuf| LineReading::of(path, None).ok()?.unit;
+    let of_header = || {
+        input
+            .line
+            .as_ref()
+            .filter(|_| has_branches)
+            .and_then(of_header)
+    };
     let advice = "--from needs the unit of its lengths: --unit mm, m, cm or um";
-    input.unit.ok_or_else(|| advice.into())
+    input.unit.or_else(of_header).ok_or_else(|| advice.into())
 }
 
 /// What meshes and windkessels follow from, and what is to be said of it.
@@ -435,7 +458,6 @@ fn with_elements(case: &ResolvedCase, text: String) -> (String, Option<String>) 
 
 fn text(
     input: &ProposalInput,
-    path: &Path,
     unit: LengthUnit,
     ends: &Ends,
     (pulse, smoothing): ([f64; 2], Smoothing),
@@ -447,12 +469,10 @@ fn text(
          # defaults: `fsi-driver keys` lists all keys, docs/trees.md explains those of [tree].\n\
          extends = \"defaults\"\n\n[tree]\n",
     );
-    let _ = writeln!(
-        text,
-        "lines = {}\nunit = \"{}\" # of the files",
-        name(path),
-        unit.name()
-    );
+    if let Some(path) = input.line.as_ref().filter(|_| input.branches.is_empty()) {
+        let _ = writeln!(text, "lines = {}", name(path));
+    }
+    let _ = writeln!(text, "unit = \"{}\" # of the files", unit.name());
     if let Some(length) = smoothing.waves {
         let _ = writeln!(
             text,
@@ -503,6 +523,12 @@ fn text(
          thick\nwall_grading = {grading:?}\n{CELL_LENGTH}",
         quoted[0]
     );
+    if !input.branches.is_empty() {
+        for path in input.line.iter().chain(&input.branches) {
+            let (line, file) = (toml::Value::from(branch_name(path)), name(path));
+            let _ = writeln!(text, "\n[[tree.line]]\nname = {line}\nfile = {file}");
+        }
+    }
     openings(input, ends, &quoted, pulse, figures, &mut text);
     let thickness = match input.thickness {
         None => thickness_line(THICKNESSES[0]),

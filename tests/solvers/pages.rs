@@ -387,7 +387,14 @@ fn examples_of_own_cases() {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn how_to_trees() {
     says(&run("docs/trees.md", Some("0.01")), &["can be run"]);
-    for tree in ["aneurysm", "aorta", "arteries", "carotid", "side-branch"] {
+    for tree in [
+        "aneurysm",
+        "aorta",
+        "arteries",
+        "carotid",
+        "side-branch",
+        "y",
+    ] {
         run(&format!("examples/trees/{tree}/README.md"), Some("0.01"));
     }
 }

@@ -8,6 +8,12 @@ use std::path::Path;
 /// Endings of files with tables of points.
 const TABLES: [&str; 6] = ["csv", "txt", "dat", "tsv", "asc", "xyz"];
 
+/// Whether a file is a table of points.
+pub fn is_table(path: &Path) -> bool {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    ending.is_some_and(|ending| TABLES.contains(&ending.as_str()))
+}
+
 impl LineFile {
     /// Reads the centre-line in `path`; of several the one that is called `branch`.
     ///
@@ -44,15 +50,16 @@ impl LineFile {
         }
     }
 
-    /// The size of the unit of its lengths, m: that which is given, which must be that of the file if it says one.
+    /// The size of the unit of its lengths, m: that which is given as `key`, which must be that of the file if it says
+    /// one.
     ///
     /// # Errors
     /// If they differ.
-    pub fn metres(&self, given: LengthUnit) -> Result<f64, Fault> {
+    pub fn metres(&self, given: LengthUnit, key: &str) -> Result<f64, Fault> {
         match self.length_unit().filter(|own| *own != given) {
             None => Ok(given.metres()),
             Some(own) => Err(fault!(
-                "its header says {own}, and {given} was given (vessel.unit): correct one of them"
+                "its header says {own}, and {given} was given ({key}): correct one of them"
             )),
         }
     }

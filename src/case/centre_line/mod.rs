@@ -15,7 +15,7 @@ use crate::files::{Fault, fault};
 pub use file::LineReading;
 use std::path::Path;
 pub use survey::LineSurvey;
-pub use tree::{from_the_beginning, lines_of_tree, smoothed};
+pub use tree::{Apart, from_the_beginning, line_of_branch, lines_of_tree, smoothed};
 
 /// Most branches that a message names.
 const MOST_NAMED: usize = 8;
@@ -122,7 +122,7 @@ impl VesselDescription {
         }
         let named = |fault: Fault| (key, format!("{}: {fault}", path.display()));
         let file = LineFile::read(&path, self.branch.as_deref()).map_err(named)?;
-        let metres = file.metres(unit).map_err(named)?;
+        let metres = file.metres(unit, "vessel.unit").map_err(named)?;
         let mut line = file.line;
         let count = line.points.len();
         if count < 2 || !self.is_smoothed() && count > MOST_POINTS {

@@ -1,6 +1,7 @@
 //! The lines of a tree: each from its beginning to one of its ends, whether a file has them so or in branches.
 
-use super::{CentreLine, swc, vtp};
+use super::{CentreLine, LineFile, file, swc, vtp};
+use crate::case::LengthUnit;
 use crate::files::{Fault, fault};
 use std::path::Path;
 
@@ -48,20 +49,45 @@ pub fn lines_of_tree(path: &Path) -> Result<Vec<LineOfTree>, Fault> {
         ));
     }
     downstream(&mut lines);
-    let apart = lines.iter().position(|line| !is_joined(line, &lines));
-    if let Some(number) = apart {
-        let [x, y, z] = lines[number].0[0];
-        return Err(fault!(
+    let whole = from_the_beginning(&lines, &vec![None; lines.len()]).map_err(|apart| {
+        let [x, y, z] = lines[apart.line].0[0];
+        fault!(
             "line {} of {} begins at ({x}, {y}, {z}), on none of the others: a file is one tree, whose first line begins at its \
              inlet; delete what belongs to others",
-            number + 1,
+            apart.line + 1,
             lines.len()
+        )
+    })?;
+    Ok(whole.into_iter().map(|(_, line)| line).collect())
+}
+
+/// The line of one branch, from a table of points and radii in this unit, m.
+///
+/// # Errors
+/// What is wrong with the file, in a sentence.
+pub fn line_of_branch(path: &Path, unit: LengthUnit) -> Result<LineOfTree, Fault> {
+    if !file::is_table(path) {
+        return Err(
+            "expected a table of points that ends with .csv (or .txt, .dat); files with lines of several branches are \
+             for tree.lines"
+                .into(),
+        );
+    }
+    let file = LineFile::read(path, None)?;
+    let metres = file.metres(unit, "tree.unit")?;
+    let (understood, line) = (file.understood, file.line.without_repeated());
+    let found = line.points.len();
+    if found < 2 {
+        return Err(fault!("expected two points at least, found {found}"));
+    }
+    if line.radii.len() != found {
+        return Err(fault!(
+            "expected the columns x,y,z,r with the radius, found {understood}"
         ));
     }
-    Ok(from_the_beginning(&lines)
-        .into_iter()
-        .map(|(_, line)| line)
-        .collect())
+    let points = line.points.into_iter().map(|x| x.map(|c| c * metres));
+    let radii = line.radii.into_iter().map(|r| r * metres);
+    Ok((points.collect(), radii.collect()))
 }
 
 /// A line whose waves of this length are halved; the radii change by their own scatter at most, and it begins where it
@@ -97,58 +123,166 @@ fn downstream(lines: &mut [LineOfTree]) {
     }
 }
 
-/// Whether a line begins where the first does, or on another one.
-fn is_joined(line: &LineOfTree, lines: &[LineOfTree]) -> bool {
-    let start = &line.0[0];
-    let (first, first_radii) = &lines[0];
-    let others = lines.iter().filter(|other| !std::ptr::eq(*other, line));
-    distance(start, &first[0]) <= first_radii[0]
-        || others
-            .flat_map(|(points, radii)| points.iter().zip(radii))
-            .any(|(x, r)| distance(x, start) <= *r)
+/// A line that does not begin where it should.
+#[derive(Debug)]
+pub struct Apart {
+    /// Its number.
+    pub line: usize,
+    /// The line that is nearest to its beginning, or that was given; how far away it is, and its radius there.
+    pub nearest: usize,
+    pub distance: f64,
+    pub radius: f64,
 }
 
-/// Lines from the beginning of the tree, where the first one begins, to each end, with the number of the line that ends
-/// there. A line that begins on another one is a branch of it.
-pub fn from_the_beginning(lines: &[LineOfTree]) -> Vec<(usize, LineOfTree)> {
-    let Some((first, first_radii)) = lines.first() else {
-        return Vec::new();
-    };
-    // The line, and its point, that another one begins at, unless that one begins where the first does.
-    let parent = |number: usize| {
-        let start = lines[number].0[0];
-        if distance(&start, &first[0]) <= first_radii[0] {
-            return None;
-        }
-        let others = (lines.iter().enumerate()).filter(|(other, _)| *other != number);
-        let points = others.flat_map(|(other, (points, radii))| {
-            let of_point = move |(i, (x, r))| (other, i, distance(x, &start) / r);
-            points.iter().zip(radii).enumerate().map(of_point)
+/// A place on a line where another one begins.
+struct Joint {
+    parent: usize,
+    /// Its last point up to there, and the share of the way to the next one.
+    after: usize,
+    share: f64,
+    distance: f64,
+    radius: f64,
+}
+
+impl Joint {
+    /// The nearest point of these lines; where none is within its radius, the nearest place between two.
+    fn nearest(
+        lines: &[LineOfTree],
+        parents: impl Iterator<Item = usize> + Clone,
+        start: &[f64; 3],
+    ) -> Option<Self> {
+        let joint = |parent: usize, after: usize, share: f64| {
+            let (x, radius) = place(&lines[parent], after, share);
+            let distance = distance(&x, start);
+            Self {
+                parent,
+                after,
+                share,
+                distance,
+                radius,
+            }
+        };
+        let in_radii = |a: &Self, b: &Self| {
+            let [a, b] = [a, b].map(|joint| joint.distance / joint.radius);
+            a.total_cmp(&b)
+        };
+        let points = parents.clone().flat_map(|parent| {
+            let count = lines[parent].0.len();
+            (0..count).map(move |i| joint(parent, i, 0.0))
         });
-        let nearest = points.min_by(|a, b| a.2.total_cmp(&b.2));
-        let nearest = nearest.filter(|(.., radii)| *radii <= 1.0);
-        nearest.map(|(other, i, _)| (other, i))
-    };
-    let parents: Vec<Option<(usize, usize)>> = (0..lines.len()).map(parent).collect();
-    let is_end = |number: &usize| {
-        let last = lines[*number].0.len() - 1;
-        // Not where others go on.
-        let mut joints = parents.iter().flatten();
-        !joints.any(|joint| *joint == (*number, last))
-    };
-    let whole = |number: usize| {
-        let (mut points, mut radii) = lines[number].clone();
-        let mut at = number;
-        for _ in 0..lines.len() {
-            let Some((other, i)) = parents[at] else { break };
-            // The point where it begins is on both.
-            points.splice(0..1, lines[other].0[..=i].iter().copied());
-            radii.splice(0..1, lines[other].1[..=i].iter().copied());
-            at = other;
+        let nearest = points.min_by(in_radii)?;
+        if nearest.distance <= nearest.radius {
+            return Some(nearest);
         }
-        (number, (points, radii))
+        let between = parents.flat_map(|parent| {
+            let pairs = lines[parent].0.windows(2).enumerate();
+            pairs.map(move |(i, pair)| joint(parent, i, share_between(pair, start)))
+        });
+        between.min_by(in_radii)
+    }
+
+    /// The parent's line up to there; a place between two points is led to along the straight line between them.
+    fn way(&self, parent: &LineOfTree) -> LineOfTree {
+        let (points, radii) = parent;
+        let mut way = (
+            points[..=self.after].to_vec(),
+            radii[..=self.after].to_vec(),
+        );
+        if self.share > 0.0 {
+            let length = distance(&points[self.after], &points[self.after + 1]);
+            let upstream = self.share - STRAIGHT * self.radius / length;
+            for share in [upstream, self.share]
+                .into_iter()
+                .filter(|share| *share > 0.0)
+            {
+                let (x, radius) = place(parent, self.after, share);
+                way.0.push(x);
+                way.1.push(radius);
+            }
+        }
+        way
+    }
+}
+
+/// So far, in radii, the way to a place between two points is kept straight.
+const STRAIGHT: f64 = 0.25;
+
+/// Position and radius at this share of the way from a point of a line to the next one.
+fn place((points, radii): &LineOfTree, after: usize, share: f64) -> ([f64; 3], f64) {
+    let next = (after + 1).min(points.len() - 1);
+    let between = |a: f64, b: f64| a + share * (b - a);
+    let x = |c: usize| between(points[after][c], points[next][c]);
+    ([x(0), x(1), x(2)], between(radii[after], radii[next]))
+}
+
+/// The share of the way between two points at which it is nearest to another one.
+fn share_between(pair: &[[f64; 3]], x: &[f64; 3]) -> f64 {
+    let dot = |to: &[f64; 3]| -> f64 {
+        (0..3)
+            .map(|c| (to[c] - pair[0][c]) * (pair[1][c] - pair[0][c]))
+            .sum()
     };
-    (0..lines.len()).filter(is_end).map(whole).collect()
+    (dot(x) / dot(&pair[1])).clamp(0.0, 1.0)
+}
+
+/// Lines from the beginning of the tree to each end, with the number of the line that ends there. A line that begins on
+/// another one, that which is `named` or else the nearest, is a branch of it; the first line of which none is named
+/// begins at the beginning.
+///
+/// # Errors
+/// The first line that begins further from the others, or from the one that is named, than the radius there.
+pub fn from_the_beginning(
+    lines: &[LineOfTree],
+    named: &[Option<usize>],
+) -> Result<Vec<(usize, LineOfTree)>, Apart> {
+    if lines.is_empty() {
+        return Ok(Vec::new());
+    }
+    let first = (0..lines.len()).fold(0, |first, _| named[first].unwrap_or(first));
+    let (begin, first_radius) = (&lines[first].0[0], lines[first].1[0]);
+    // None of one that begins where the tree does.
+    let joint = |line: usize| {
+        let start = &lines[line].0[0];
+        if distance(start, begin) <= first_radius {
+            return Ok(None);
+        }
+        let is_meant = |other: &usize| *other != line && named[line].is_none_or(|it| it == *other);
+        let found = Joint::nearest(lines, (0..lines.len()).filter(is_meant), start);
+        match found {
+            Some(found) if found.distance > found.radius => Err(Apart {
+                line,
+                nearest: found.parent,
+                distance: found.distance,
+                radius: found.radius,
+            }),
+            found => Ok(found),
+        }
+    };
+    let joints = (0..lines.len()).map(joint).collect::<Result<Vec<_>, _>>()?;
+    let is_end = |line: &usize| {
+        let (points, radii) = &lines[*line];
+        let last = points.len() - 1;
+        // Not where others go on.
+        let is_here = |joint: &Joint| {
+            let (x, _) = place(&lines[joint.parent], joint.after, joint.share);
+            joint.parent == *line && distance(&x, &points[last]) <= radii[last]
+        };
+        !joints.iter().flatten().any(is_here)
+    };
+    let whole = |line: usize| {
+        let (mut points, mut radii) = lines[line].clone();
+        let mut at = line;
+        for _ in 0..lines.len() {
+            let Some(joint) = &joints[at] else { break };
+            let way = joint.way(&lines[joint.parent]);
+            // The point where it begins is on both.
+            points.splice(0..1, way.0);
+            radii.splice(0..1, way.1);
+            at = joint.parent;
+        }
+        (line, (points, radii))
+    };
+    Ok((0..lines.len()).filter(is_end).map(whole).collect())
 }
 
 #[cfg(test)]
@@ -162,7 +296,7 @@ mod tests {
         let left = line(&[[2.0, 0.0, 0.0], [3.0, 1.0, 0.0]]);
         let side = line(&[[1.1, 0.0, 0.0], [1.1, -2.0, 0.0]]);
         let twig = line(&[[3.0, 1.0, 0.0], [3.0, 2.0, 0.0]]);
-        let whole = from_the_beginning(&[trunk, left, side, twig]);
+        let whole = from_the_beginning(&[trunk, left, side, twig], &[None; 4]).unwrap();
         let (numbers, lines): (Vec<usize>, Vec<LineOfTree>) = whole.into_iter().unzip();
         assert_eq!(numbers, [2, 3]);
         assert_eq!(

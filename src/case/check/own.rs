@@ -151,7 +151,7 @@ fn described_once(own: &OwnCase, report: &mut Report<'_>) {
             .into(),
     );
     report(
-        &[if own.tree.is_some() { "tree.lines" } else { "fluid.case" }],
+        &[own.tree.as_ref().map_or("fluid.case", super::tree::origin)],
         !extrude && !file,
         "it has no wall yet: add a table [wall.extrude] with layers and thicknesses_m, or [wall.file] with a mesh; or wall.mode = \"rigid\""
             .into(),
@@ -476,7 +476,18 @@ fn held_before(supports: &[&WallSupport], report: &mut Report<'_>) {
         (Clamped { .. }, _) | (_, Clamped { .. }) => {
             Some("what is clamped does not move: leave it out of one of the two")
         }
-        (Springs { .. }, Springs { .. }) => Some("springs of both add up: write their sum once"),
+        (
+            Springs {
+                direction, at_rest, ..
+            },
+            Springs {
+                direction: along,
+                at_rest: when,
+                ..
+            },
+        ) if direction == along && at_rest == when => {
+            Some("springs of both add up: write their sum once")
+        }
         _ => None,
     };
     let found = others.iter().enumerate().find_map(|(i, other)| {

@@ -33,8 +33,8 @@ pub(super) fn check_vessel(tree: &TreeKeys, report: &mut Report<'_>) -> bool {
                 .into(),
         );
     }
-    // What is wrong with a file that could not be read is known.
-    if tree.lines.is_some() && tree.line.is_none() {
+    // What is wrong with lines that could not be read is known.
+    if tree.line.is_none() {
         return false;
     }
     lines(tree, report);
@@ -78,10 +78,10 @@ fn beginning(case: &Case, tree: &TreeKeys, report: &mut Report<'_>) {
 }
 
 /// The key that the lines come from.
-fn origin(tree: &TreeKeys) -> &'static str {
+pub(super) fn origin(tree: &TreeKeys) -> &'static str {
     match tree.lines {
         Some(_) => "tree.lines",
-        None => "tree.line[0].points_m",
+        None => "tree.line",
     }
 }
 
@@ -103,10 +103,10 @@ fn lines(tree: &TreeKeys, report: &mut Report<'_>) {
     for (i, line) in lines.iter().enumerate() {
         let (points, radii) = (line.points.len(), line.radii.len());
         report(
-            &[&format!("tree.line[{i}].radii_m")],
+            &[&format!("tree.line[{i}]")],
             radii != points || points < 2,
             format!(
-                "expected two points at least and a radius for each, found {points} points and {radii} radii"
+                "expected a file, or two points at least and a radius for each, found {points} points and {radii} radii"
             ),
         );
         let same = line.points.windows(2).position(|pair| pair[0] == pair[1]);
