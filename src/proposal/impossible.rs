@@ -39,7 +39,7 @@ pub(super) fn of(
     ends: &Ends,
 ) -> Result<Impossible, ProposalError> {
     let mut best: Result<Impossible, ProposalError> = Err("no line is left".into());
-    for smoothing in Smoothing::tried(input, ends.range[1]) {
+    for smoothing in Smoothing::tried(input, ends) {
         let found = with(input, unit, ends, smoothing);
         best = match (best, found) {
             (Ok(best), Ok(found)) if found.value() < best.value() + WORTH => Ok(best),

@@ -31,9 +31,9 @@ pub(super) struct Smoothing {
 }
 
 impl Smoothing {
-    /// What the options say, or what is tried in turn for lines of this mean radius (m), without what is known to lead
-    /// to no mesh or to no wall.
-    pub fn tried(input: &ProposalInput, radius: f64) -> Vec<Self> {
+    /// What the options say, or what is tried in turn for these lines, without waves that are longer than they are, and
+    /// without what is known to lead to no mesh or to no wall.
+    pub fn tried(input: &ProposalInput, ends: &Ends) -> Vec<Self> {
         if [input.smoothing, input.junction_smoothing] != [None; 2] {
             return vec![Self {
                 way: None,
@@ -42,14 +42,17 @@ impl Smoothing {
             }];
         }
         let positive = |x: f64| (x > 0.0).then_some(x);
+        let radius = ends.range[1];
         let all = TRIED.iter().enumerate();
         let left = all.filter(|(way, _)| !input.ruled_out.contains(way));
-        left.map(|(way, (junctions, waves))| Self {
-            way: Some(way),
-            junctions: positive(*junctions),
-            waves: positive(files::rounded(waves * radius)),
-        })
-        .collect()
+        let possible = left.filter(|(_, (_, waves))| waves * radius <= ends.length);
+        possible
+            .map(|(way, (junctions, waves))| Self {
+                way: Some(way),
+                junctions: positive(*junctions),
+                waves: positive(files::rounded(waves * radius)),
+            })
+            .collect()
     }
 
     /// Whether the lines are as they were given.

@@ -186,7 +186,7 @@ fn with_possible_ends(
     }
     let mut chosen = input.clone();
     if !input.leaves_impossible_out {
-        let tried = Smoothing::tried(input, ends.range[1]);
+        let tried = Smoothing::tried(input, &ends);
         return Ok((chosen, ends, tried, Vec::new()));
     }
     let found = impossible::of(input, unit, &ends)?;

@@ -285,7 +285,7 @@ fn values_of_a_tree_that_are_not_usual_are_told() {
         (
             &all,
             &[
-                "all resistances together times the mean flow, is 5.48e-7 mmHg",
+                "all resistances together times the mean flow, is 6.193e-7 mmHg",
                 "look at tree.opening[1].resistance_Pa_s_m3 (--set); 20 mmHg s/ml is 2.666e9 Pa s/m³",
             ],
         ),

@@ -43,7 +43,8 @@ fn refused(fluid: &mut NativeFluid, displacement: &[Vec3]) -> String {
 
 /// The place that a text names, m.
 fn place(text: &str) -> Vec3 {
-    let inner = text.split('[').nth(1).unwrap().split(']').next().unwrap();
+    let inner = text.split(['[', '(']).nth(1).unwrap();
+    let inner = inner.split([']', ')']).next().unwrap();
     let numbers: Vec<f64> = inner.split(", ").map(|n| n.parse().unwrap()).collect();
     Vec3::from_column_slice(&numbers)
 }
