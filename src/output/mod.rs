@@ -6,6 +6,7 @@ mod field_series;
 pub(crate) mod figure;
 pub(crate) mod fluid_fields;
 pub(crate) mod marked_text;
+pub(crate) mod opening_summary;
 pub(crate) mod phases;
 mod place_histories;
 pub(crate) mod probes;

@@ -3,6 +3,7 @@
 use super::beats::Beats;
 use super::field_series::FieldSeries;
 use super::fluid_fields;
+use super::opening_summary::OpeningSummary;
 use super::probes::{Probes, fluid_rows};
 use super::run_files::RunFiles;
 use super::tables::{CsvTable, HistoryRow, IterationRow, OpeningRow, SectionRow};
@@ -86,6 +87,9 @@ pub struct RunSummary {
     /// How well its last two beats agree, if it runs until they do.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub periodic: Option<Agreement>,
+    /// What passes through each opening over the window that the run evaluates.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub openings: Vec<OpeningSummary>,
     /// Figures of all steps.
     #[serde(flatten)]
     pub totals: Totals,
@@ -511,6 +515,8 @@ pub struct Ending {
     pub steadiness: Option<Steadiness>,
     /// How well its last two beats agree, if it runs until they do.
     pub periodic: Option<Agreement>,
+    /// What passes through each opening.
+    pub openings: Vec<OpeningSummary>,
     /// Largest memory of the fluid's processes, as far as seen, bytes.
     pub fluid_peak_memory: f64,
 }
@@ -547,6 +553,7 @@ impl RunSummary {
             resolution: ending.resolution,
             steadiness: ending.steadiness,
             periodic: ending.periodic,
+            openings: ending.openings,
             mean_coupling_iterations: totals.coupling_iterations as f64 / steps,
             seconds_per_step: totals.wall_s / steps,
             totals,

@@ -96,7 +96,7 @@ pub fn mistakes(errors: &CaseErrors, input: &ProposalInput, trial: &Path) -> Str
                 format!("--flow{}: ", shown(&input.flow))
             }
             key if key.starts_with("tree.") && input.line.is_some() => {
-                format!("--from{}: ", shown(&input.line))
+                format!("--from {}: ", input.shown_lines())
             }
             "vessel.radius_m" if input.radius.is_some() => "--radius: ".into(),
             key if key.starts_with("vessel.") && input.line.is_some() => {

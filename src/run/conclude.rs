@@ -29,6 +29,7 @@ impl CoupledRun {
             resolution: judgement.resolution.clone(),
             steadiness: judgement.steadiness.clone(),
             periodic: judgement.periodic.clone(),
+            openings: judgement.openings.clone(),
             status,
             reason,
             case: self.case_folder.clone(),

@@ -7,6 +7,7 @@ use crate::hemodynamics::resolution::jumps;
 use crate::hemodynamics::summary::WallFields;
 use crate::hemodynamics::{Agreement, Place, RegionStep, Resolution, Steadiness, SteadyMeasure};
 use crate::output::beats::Beats;
+use crate::output::opening_summary::OpeningSummary;
 use crate::output::record::Record;
 use crate::output::run_files::RunFiles;
 use crate::output::tables::{self, CsvTable, FluidProbeRow, HistoryRow, ResolutionRow};
@@ -25,6 +26,8 @@ pub struct Judgement {
     pub steadiness: Option<Steadiness>,
     /// How well its last two beats agree, if it runs until they do.
     pub periodic: Option<Agreement>,
+    /// What passes through each opening over the evaluated window.
+    pub openings: Vec<OpeningSummary>,
     /// How well it is resolved at each face of the wall.
     pub faces: Vec<ResolutionRow>,
 }
@@ -40,6 +43,8 @@ impl Judgement {
         }
         let history: Vec<HistoryRow> = tables::read(&files.history())?;
         let (wall, statistics) = (record.wall().monitor().wall(), record.wall().statistics());
+        let openings = tables::read(&files.openings())?;
+        let openings = OpeningSummary::all(&openings, statistics.window, case.time.step);
         let measured = || {
             let within = history
                 .iter()
@@ -59,6 +64,7 @@ impl Judgement {
             return Ok(Self {
                 steadiness,
                 periodic,
+                openings,
                 ..Self::default()
             });
         };
@@ -83,6 +89,7 @@ impl Judgement {
             resolution: Some(resolution),
             steadiness,
             periodic,
+            openings,
         })
     }
 

@@ -118,3 +118,86 @@ fn numbers_read_from_python_are_those_of_the_run() {
         "{said}"
     );
 }
+
+const SPLIT: &str = r#"
+import json, sys
+from fsi_driver import Run
+run = Run(sys.argv[1])
+def measured(name):
+    rows = run.opening(name)
+    rows = rows[rows["time_s"] > 0.0125]
+    p = rows["p_Pa"]
+    return [-rows["flow_m3_s"].mean(), p.min(), p.mean(), p.max()]
+def told(opening):
+    p = opening["p_Pa"]
+    return [opening["mean_outflow_m3_s"], p["min"], p["mean"], p["max"]]
+openings = run.summary["openings"]
+print(json.dumps({
+    "names": [opening["opening"] for opening in openings],
+    "shares": [opening.get("share_of_outflow") for opening in openings],
+    "outflows": [opening["mean_outflow_m3_s"] for opening in openings],
+    "errors": [abs(a / b - 1) for opening in openings for a, b in zip(told(opening), measured(opening["opening"]))],
+    "regions": [region["name"] for region in run.hemodynamics["regions"]],
+    "left": run.region("left").size,
+}))
+"#;
+
+/// A Y one end of which resists more: the shares of its flow, over two of four steps, and what else is read of a tree.
+#[test]
+fn the_split_of_a_tree_is_read_from_python() {
+    let Some(python) = python() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    let changes = [
+        "tree.opening[right].proximal_resistance_Pa_s_m3=*8",
+        "output.window_start_s=0.01",
+        "output.window_end_s=0.02",
+    ];
+    command.args([
+        "--case",
+        "examples/trees/y",
+        "--fluid",
+        "native",
+        "--preset",
+        "demo",
+        "--end-time",
+        "0.02",
+    ]);
+    command.arg("--out").arg(&out).arg("--set").args(changes);
+    complete(command);
+    let output = run_script(python, SPLIT, &out);
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let found: Value = serde_json::from_slice(&output.stdout).unwrap();
+    println!("{found}");
+    assert_eq!(
+        found["names"],
+        serde_json::json!(["inlet", "left", "right"])
+    );
+    assert_eq!(found["regions"], found["names"]);
+    assert_eq!(found["left"], 4);
+    for error in found["errors"].as_array().unwrap() {
+        assert!(error.as_f64().unwrap() < 1e-12, "{found}");
+    }
+    let numbers = |key: &str, i: usize| found[key][i].as_f64().unwrap();
+    let [left, right] = [1, 2].map(|i| numbers("shares", i));
+    assert!(found["shares"][0].is_null() && (left + right - 1.0).abs() < 1e-12);
+    let [a, b] = [1, 2].map(|i| numbers("outflows", i));
+    assert!((left - a / (a + b)).abs() < 1e-12);
+    // 0.8680
+    assert!((0.86..0.875).contains(&left), "{left}");
+
+    let program = run_script(python, "from fsi_driver.__main__ import main; main()", &out);
+    let lines = String::from_utf8_lossy(&program.stdout);
+    assert!(lines.contains("right: mean outflow"), "{lines}");
+    let mut report = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    report.arg("report").arg(&out);
+    complete(report);
+    let page = std::fs::read_to_string(out.join("report.html")).unwrap();
+    let share = format!("{:.1}", 100.0 * left);
+    assert!(
+        page.contains("share of what leaves") && page.contains(&share),
+        "{share}"
+    );
+}

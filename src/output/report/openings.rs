@@ -2,8 +2,8 @@
 
 use super::page::{chart, line, panel, significant};
 use super::table::PageTable;
-use crate::hemodynamics::summary::Course;
 use crate::output::figure::Curve;
+use crate::output::opening_summary::OpeningSummary;
 use crate::output::results::Results;
 use crate::output::tables::{self, OpeningRow, SectionRow};
 use crate::tabular::units::MMHG;
@@ -42,7 +42,7 @@ pub fn openings(run: &Results) -> io::Result<Vec<String>> {
         return Ok(Vec::new());
     }
     let pressures = of(|row| Some((row.time_s, row.p_Pa / MMHG)));
-    let split = split(run, [&flows, &pressures]);
+    let split = split(run, &rows);
     let shown = of_most_flow(&flows);
     let which = match shown.len() < flows.len() {
         true => format!(
@@ -79,17 +79,7 @@ pub fn openings(run: &Results) -> io::Result<Vec<String>> {
 
 /// What leaves through each opening on average over the evaluated window, as a share of all that leaves too, and the
 /// pressures there.
-fn split(run: &Results, [flows, pressures]: [&[Curve]; 2]) -> String {
-    let (window, step) = (run.hemodynamics.window, run.case.time.step);
-    let course = |curve: &Curve| {
-        let inside = curve
-            .points
-            .iter()
-            .filter(|(t, _)| window.contains(*t, step));
-        Course::of(&inside.map(|(_, value)| *value).collect::<Vec<_>>())
-    };
-    let outflow = |curve: &Curve| course(curve).map_or(0.0, |flow| -flow.mean);
-    let all: f64 = flows.iter().map(|curve| outflow(curve).max(0.0)).sum();
+fn split(run: &Results, rows: &[OpeningRow]) -> String {
     let mut table = PageTable::new([
         "opening",
         "mean outflow / (ml/s)",
@@ -98,18 +88,18 @@ fn split(run: &Results, [flows, pressures]: [&[Curve]; 2]) -> String {
         "mean / mmHg",
         "highest / mmHg",
     ]);
-    for (flow, pressure) in flows.iter().zip(pressures) {
-        let Some(p) = course(pressure) else {
-            continue;
-        };
-        let outflow = outflow(flow);
-        let share = match outflow > 0.0 {
-            true => significant(100.0 * outflow / all, 3),
-            false => "–".into(),
-        };
-        let pressures = [p.min, p.mean, p.max].map(|p| significant(p, 4));
-        let row = [flow.name.clone(), significant(outflow, 4), share];
-        table.push(row.into_iter().chain(pressures).collect());
+    for it in OpeningSummary::all(rows, run.hemodynamics.window, run.case.time.step) {
+        let share = it.share_of_outflow;
+        let share = share.map_or("–".into(), |share| significant(100.0 * share, 3));
+        let p = it.p_Pa;
+        let pressures = [p.min, p.mean, p.max].map(|p| significant(p / MMHG, 4));
+        let outflow = significant(1e6 * it.mean_outflow_m3_s, 4);
+        table.push(
+            [it.opening, outflow, share]
+                .into_iter()
+                .chain(pressures)
+                .collect(),
+        );
     }
     table.to_html()
 }

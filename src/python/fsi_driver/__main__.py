@@ -6,7 +6,7 @@ from . import DamagedFile, Run
 
 
 def main() -> None:
-    """Prints the steps, the columns, the wall and the regions of the run that is named."""
+    """Prints the steps, the columns, the wall, the regions and the outlets of the run that is named."""
     if len(sys.argv) != 2:
         sys.exit(__doc__)
     try:
@@ -19,6 +19,10 @@ def main() -> None:
     for region in run.hemodynamics["regions"]:
         tawss, osi = region["TAWSS_Pa"]["mean"], region["OSI"]["max"]
         print(f"{region['name']}: mean TAWSS {tawss:.4g} Pa, largest OSI {osi:.4g}")
+    for opening in run.summary.get("openings", []):
+        if share := opening.get("share_of_outflow"):
+            outflow = 1e6 * opening["mean_outflow_m3_s"]
+            print(f"{opening['opening']}: mean outflow {outflow:.4g} ml/s, {100 * share:.3g} % of all")
 
 
 if __name__ == "__main__":

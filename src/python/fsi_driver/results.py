@@ -131,7 +131,7 @@ class Run:
 
     @property
     def summary(self) -> dict[str, Any]:
-        """The run in figures."""
+        """The run in figures; "openings" has mean outflow, share of all that leaves, and pressures of each."""
         return _json(self.folder / "summary.json")
 
     @property
