@@ -14,7 +14,7 @@ const TOGETHER: f64 = 1.5;
 const AHEAD: usize = 12;
 /// Pieces between samples that are looked at as a whole first.
 const GROUP: usize = 16;
-/// Bounds of a group may be off by rounding, relative to its size.
+/// Bounds of a group, lengths and numbers of pieces may be off by rounding, relative to their size.
 const ROUNDING: f64 = 1e-9;
 
 /// A centre-line from the root of a tree to one of its ends, with its radii. The parts that several share may differ
@@ -127,9 +127,9 @@ impl CentreLine {
         let (mut fine, mut fine_radii) = (vec![points[0]], vec![radii[0]]);
         for i in 0..n - 1 {
             let length = (points[i + 1] - points[i]).norm();
-            let pieces = (length / (STEP * radii[i].min(radii[i + 1])))
-                .ceil()
-                .max(1.0) as usize;
+            // A whole number but for rounding, which is another where the line is turned, is that number.
+            let pieces = length / (STEP * radii[i].min(radii[i + 1])) - ROUNDING;
+            let pieces = pieces.ceil().max(1.0) as usize;
             let ((t0, r0), (t1, r1)) = (tangent(i), tangent(i + 1));
             for k in 1..=pieces {
                 let u = k as f64 / pieces as f64;
@@ -170,7 +170,8 @@ impl CentreLine {
 
     /// The mean of lines that begin as one branch, as far as the arc length `end` (m) of the first one.
     pub fn mean(lines: &[&Self], end: f64) -> Self {
-        let samples = lines[0].places().take_while(|s| *s <= end);
+        // The end may be a sample of another line, at the same place but for rounding.
+        let samples = (lines[0].places()).take_while(|s| *s <= end * (1.0 + ROUNDING));
         let share = 1.0 / lines.len() as f64;
         // At the same arc length, so that lines that mirror each other have a mean in the mirror's plane.
         let mean = samples.map(|s| {

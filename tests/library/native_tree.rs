@@ -139,7 +139,8 @@ fn elements_of_side_branches_are_well_shaped() {
     }
 }
 
-/// A wall that breathes and bends, nothing of which the free stream sees.
+/// A wall that breathes and bends, nothing of which the free stream sees but the rounding of a few operations: 6e-15 of
+/// the stream, here and at the sac.
 #[test]
 fn a_free_stream_stays_as_it_is_in_a_junction_that_moves() {
     stays_as_it_is(y(60.0, 2.4, 12.0, 30.0));
@@ -211,7 +212,7 @@ fn stays_as_it_is(lumen: Lumen) {
         .map(|(a, b)| (a - b).abs())
         .fold(0.0, f64::max);
     println!("{error:.1e}");
-    assert!(error < 1e-11, "{error:e}");
+    assert!(error < 5e-14, "{error:e}");
 }
 
 /// The wall's faces and the elements are other interpolations of one surface: where daughters part at 50°, points of

@@ -74,6 +74,43 @@ fn a_tree_becomes_a_case() {
     );
 }
 
+/// Seconds of the processor that a command takes.
+fn processor_seconds(folder: &Path, arguments: &[&str]) -> f64 {
+    let mut shell = std::process::Command::new("sh");
+    shell
+        .current_dir(folder)
+        .args(["-ec", "\"$@\" > told; times", "sh"]);
+    shell.arg(env!("CARGO_BIN_EXE_fsi-driver")).args(arguments);
+    let output = shell.output().unwrap();
+    assert!(
+        output.status.success(),
+        "{}",
+        String::from_utf8_lossy(&output.stderr)
+    );
+    let told = String::from_utf8(output.stdout).unwrap();
+    // Those of the shell itself, then of what it started: minutes and seconds, of the program and of the system.
+    let of_child = told.lines().nth(1).unwrap().split_whitespace();
+    let seconds = of_child.map(|time| {
+        let (minutes, seconds) = time.trim_end_matches('s').split_once('m').unwrap();
+        60.0 * minutes.parse::<f64>().unwrap() + seconds.parse::<f64>().unwrap()
+    });
+    seconds.sum()
+}
+
+/// Fifteen branches: 4.0 s for `new`, 2.1 s for `preview`.
+#[test]
+#[cfg_attr(debug_assertions, ignore = "a limit for what is optimized")]
+fn a_large_tree_is_proposed_and_drawn_within_seconds() {
+    let folder = tempfile::tempdir().unwrap();
+    copied(folder.path(), "arteries/tree.swc");
+    let new = ["new", "c", "--from", "tree.swc", "--unit", "mm"];
+    for (arguments, most) in [(&new[..], 8.0), (&["preview", "c"], 5.0)] {
+        let seconds = processor_seconds(folder.path(), arguments);
+        println!("{arguments:?}: {seconds} s");
+        assert!((0.1..most).contains(&seconds), "{arguments:?}: {seconds} s");
+    }
+}
+
 /// An artery with a sac at its side: one outlet, no opening at the end that is closed; and ends that cannot be.
 #[test]
 fn a_sac_is_no_opening() {

@@ -3,6 +3,7 @@
 use fsi_driver::Vec3;
 use fsi_driver::curve::CentreLine;
 use fsi_driver::geometry::tree::{Lumen, SectionGrid, Tree, TreeError};
+use nalgebra::{Matrix3, Rotation3};
 
 /// Lines from points and radii, mm.
 fn lumen(lines: Vec<Vec<(Vec3, f64)>>) -> Lumen {
@@ -129,6 +130,79 @@ fn side(angle: f64, ratio: f64) -> Lumen {
         onward(&trunk(), 0.0, 20.0, 3.0),
         onward(&trunk(), angle, 16.0, 3.0 * ratio),
     ])
+}
+
+/// Thin branches of 0.2 to 0.6 of the radius where the parent bends by 30° over two radii, out of the plane in which
+/// they leave it at 45° to 110°: 0.289 to 0.447, and at least 0.314 from 60° on.
+#[test]
+fn thin_branches_leave_parents_that_turn_aside() {
+    for angle in [45.0, 60.0, 75.0, 90.0, 110.0] {
+        for ratio in [0.2, 0.3, 0.4, 0.5, 0.6] {
+            let [branch, mut parent] = [onward(&trunk(), angle, 16.0, 3.0 * ratio), trunk()];
+            for i in 1..=51 {
+                let (sin, cos) = f64::to_radians(2.5 * f64::from(i.min(12))).sin_cos();
+                let step = Vec3::new(cos, 0.0, sin) * 0.5;
+                parent.push((parent[parent.len() - 1].0 + step, 3.0));
+            }
+            let found = both(&lumen(vec![parent, branch])).unwrap_or_else(|e| panic!("{e}"));
+            println!("{angle}° {ratio}: {found:?}");
+            let least = if angle < 60.0 { 0.28 } else { 0.31 };
+            assert!(
+                found.iter().all(|q| (least..0.46).contains(q)),
+                "{angle}° {ratio}: {found:?}"
+            );
+        }
+    }
+}
+
+/// The mesh of a tree that is turned, or mirrored, is the tree's mesh turned or mirrored. The lengths of the lines'
+/// pieces are whole multiples of what they are sampled with, which turned ones are but for rounding.
+#[test]
+fn a_mesh_goes_with_its_tree() {
+    let daughter = |angle: f64, out: f64, r: f64| {
+        let [(sin, cos), (up, level)] = [angle, out].map(|a| f64::to_radians(a).sin_cos());
+        let direction = Vec3::new(level * cos, level * sin, up);
+        let parent = (-4..=0).map(|i| (Vec3::x() * 3.0 * f64::from(i), 3.0));
+        (parent.chain((1..=5).map(|i| (direction * 3.0 * f64::from(i), r)))).collect::<Vec<_>>()
+    };
+    let normal = Vec3::new(0.3, -0.8, 0.5).normalize();
+    let mirrored = Matrix3::identity() - 2.0 * normal * normal.transpose();
+    let turned = |i: i32| {
+        let angle = 0.7 * f64::from(i);
+        *Rotation3::from_euler_angles(angle, 0.4 - angle, 2.0 * angle).matrix()
+    };
+    for lines in [
+        [daughter(-30.0, 0.0, 2.4), daughter(30.0, 0.0, 2.4)],
+        [daughter(-38.0, 20.0, 2.4), daughter(25.0, -5.0, 1.9)],
+        [daughter(0.0, 0.0, 3.0), daughter(60.0, 10.0, 1.2)],
+    ] {
+        let points = |place: &Matrix3<f64>| {
+            let placed = lines
+                .iter()
+                .map(|line| line.iter().map(|(x, r)| (place * x, *r)).collect());
+            let tree = Tree::new(
+                lumen(placed.collect()),
+                SectionGrid::of_cells(4, 3, 3.0),
+                0.6,
+            );
+            tree.unwrap_or_else(|e| panic!("{e}")).points(1.0).0
+        };
+        let rest = points(&Matrix3::identity());
+        for place in (1..=6).map(turned).chain([mirrored]) {
+            let found = points(&place);
+            assert_eq!(found.len(), rest.len());
+            // A mirrored one counts the other way around.
+            let nearest = |x: &Vec3| {
+                found
+                    .iter()
+                    .map(|y| (place * x - y).norm())
+                    .fold(f64::INFINITY, f64::min)
+            };
+            let apart = rest.iter().map(nearest).fold(0.0, f64::max);
+            println!("{apart:.1e}");
+            assert!(apart < 1e-11, "{apart:e}");
+        }
+    }
 }
 
 /// A branch that leaves forwards or backwards: at least 0.088, or the angle that was found and those that are allowed.

@@ -1,7 +1,9 @@
 //! Vessels that branch: what is read, and what is refused.
 
+use crate::new_case::driver;
 use fsi_driver::case::{Case, CaseErrors, Preset};
 use fsi_driver::simulation::assembly::Domain;
+use std::collections::BTreeSet;
 use std::path::Path;
 
 pub const TREE: &str = "extends = \"defaults\"\n[tree]\nlines = \"y.swc\"\nunit = \"mm\"\noutlets = [\"left\", \"right\"]\ncore = 2\n\
@@ -167,6 +169,31 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("[tree]", "[tree]\nlumen_colour = 1", "tree.lumen_colour", "unknown key"),
 ];
 
+/// That `check`, a run and `preview` of the case in this folder end with exit code 2 and this reason, and write
+/// nothing.
+fn is_refused_by_all(folder: &Path, reason: &str, fluid: &[&str]) {
+    let names = || {
+        let all = std::fs::read_dir(folder).unwrap();
+        all.map(|entry| entry.unwrap().file_name())
+            .collect::<BTreeSet<_>>()
+    };
+    let before = names();
+    for arguments in [
+        [&["check", "."], fluid].concat(),
+        [&["--case", ".", "--out", "run"], fluid].concat(),
+        vec!["preview", ".", "--out", "pictures"],
+    ] {
+        let output = driver(folder, &arguments);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {said}");
+        assert!(
+            said.contains(reason),
+            "{arguments:?}: {said}\nexpected {reason}"
+        );
+        assert_eq!(names(), before, "{arguments:?}");
+    }
+}
+
 #[test]
 fn mistakes_in_a_tree_are_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -181,6 +208,7 @@ fn mistakes_in_a_tree_are_reported() {
             text.contains(key) && text.contains(reason),
             "{new}: {text}\nexpected {key}: {reason}"
         );
+        is_refused_by_all(folder.path(), reason, &[]);
     }
     // One cause, one mistake.
     let misnamed = TREE.replacen("name = \"left\"", "name = \"middle\"", 1);
@@ -211,7 +239,10 @@ fn lines_that_make_no_tree_are_reported() {
     let folder = tempfile::tempdir().unwrap();
     for (lines, reason) in [
         ("", "found 0"),
-        (one.as_str(), "found 1; a vessel of one is a table [vessel]"),
+        (
+            one.as_str(),
+            "found 1; a vessel of one is a table [vessel], which fsi-driver new writes from the same file",
+        ),
         (&crossed, "expected one above 0"),
         ("1 0 0 0 0 x 1\n", "found \"1 0 0 0 0 x 1\""),
         (
@@ -248,6 +279,7 @@ fn lines_that_make_no_tree_are_reported() {
             errors.to_string().contains(reason),
             "{errors}\nexpected {reason}"
         );
+        is_refused_by_all(folder.path(), reason, &[]);
     }
     let open = TREE.replace("outlets = [\"left\", \"right\"]\n", "inlet = \"inlet\"\n");
     let text = open
@@ -260,5 +292,10 @@ fn lines_that_make_no_tree_are_reported() {
         error.reason.contains("stays within the lumen around"),
         "{}",
         error.reason
+    );
+    is_refused_by_all(
+        folder.path(),
+        "stays within the lumen around",
+        &["--fluid", "native"],
     );
 }

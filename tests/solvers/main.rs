@@ -54,8 +54,8 @@ mod study_uncertainty;
 mod tables;
 mod terminal;
 mod tethered_wave;
+mod tree_symmetry;
 mod trees;
-
 mod validation;
 mod vessel;
 mod wall_state;

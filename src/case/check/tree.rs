@@ -92,7 +92,8 @@ fn lines(tree: &TreeKeys, report: &mut Report<'_>) {
         &[origin(tree)],
         found < 2,
         format!(
-            "expected the centre-lines of two branches at least, found {found}; a vessel of one is a table [vessel]"
+            "expected the centre-lines of two branches at least, found {found}; a vessel of one is a table [vessel], \
+             which fsi-driver new writes from the same file"
         ),
     );
     report(

@@ -14,6 +14,11 @@ const CANDIDATES: usize = 4;
 /// Largest distance from the surface over the size of the closest face.
 const FARTHEST: f64 = 0.1;
 
+/// Faces are as near as each other if their distances differ by less than this, in sizes of a face, ...
+const SAME: f64 = 1e-9;
+/// ... and different places if these are farther apart.
+const APART: f64 = 1e-6;
+
 /// Where a point lies on the surface, with the functions that move it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Location {
@@ -123,17 +128,16 @@ impl Locator {
             })
             .collect();
         starts.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
-        let best = starts
-            .iter()
-            .take(CANDIDATES)
+        let projected: Vec<(f64, usize, [f64; 2])> = (starts.iter().take(CANDIDATES))
             .map(|&(_, face, start)| {
                 let (coordinates, distance) = self.project(body, face, start, x);
                 (distance, face, coordinates)
             })
-            .min_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((distance, face, coordinates)) = best else {
+            .collect();
+        let Some(&best) = projected.iter().min_by(|a, b| a.0.total_cmp(&b.0)) else {
             return Err(SolidError::Model("the wet surface has no faces".into()));
         };
+        let (distance, face, coordinates) = best;
         let size = self.balls[face].1;
         if distance.is_nan() || distance > FARTHEST * 2.0 * size {
             return Err(SolidError::Model(format!(
@@ -141,15 +145,31 @@ impl Locator {
                 x.x, x.y, x.z
             )));
         }
-        let (element, orientation) = self.faces[face];
-        let xi = on_face(orientation, coordinates[0], coordinates[1]);
-        let numbering = &body.numbering;
-        let functions = modes_on_face(numbering, orientation)
-            .filter_map(|m| {
-                let value = mode_on_face(numbering.modes[m], &body.space, orientation, xi)[0];
-                numbering.of_element[element][m].map(|f| (f, numbering.signs[element][m] * value))
-            })
+        // Between two faces, as in the plane of symmetry between the daughters of a vessel, it goes with both.
+        let foot = |&(_, face, [a, b]): &(f64, usize, [f64; 2])| {
+            let (element, orientation) = self.faces[face];
+            (body.mapping.given())
+                .at(element, on_face(orientation, a, b))
+                .position
+        };
+        let is_as_near = |other: &&(f64, usize, [f64; 2])| {
+            other.0 - distance < SAME * size && (foot(other) - foot(&best)).norm() > APART * size
+        };
+        let nearest: Vec<_> = [&best]
+            .into_iter()
+            .chain(projected.iter().filter(is_as_near))
             .collect();
+        let numbering = &body.numbering;
+        let of_face = |&&(_, face, [a, b]): &&(f64, usize, [f64; 2])| {
+            let (element, orientation) = self.faces[face];
+            let (xi, share) = (on_face(orientation, a, b), 1.0 / nearest.len() as f64);
+            modes_on_face(numbering, orientation).filter_map(move |m| {
+                let value = mode_on_face(numbering.modes[m], &body.space, orientation, xi)[0];
+                let function = numbering.of_element[element][m]?;
+                Some((function, numbering.signs[element][m] * value * share))
+            })
+        };
+        let functions = nearest.iter().flat_map(of_face).collect();
         Ok(Location {
             face,
             coordinates,
