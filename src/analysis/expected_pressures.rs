@@ -87,8 +87,8 @@ impl Pressures {
     }
 }
 
-/// The pressure (Pa) that these openings share at the end of a step (s) at `time` (s), with which the pressures `stored`
-/// in windkessels (Pa) go on.
+/// The pressure (Pa) that these openings share at the end of a step (s) at `time` (s), with which the pressures
+/// `stored` in windkessels (Pa) go on.
 fn common(openings: &[Opening], stored: &mut [f64], time: f64, step: f64) -> f64 {
     let conditions = || openings.iter().map(|opening| &opening.condition);
     let inflow = |condition: &Condition| match condition {

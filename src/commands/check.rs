@@ -468,8 +468,8 @@ fn radii(wall: &WallFigures) -> String {
     text
 }
 
-/// Where the wall buckles, next to the highest pressure (Pa) that is expected; one that `is_perfect` has no imperfection
-/// that it could be without.
+/// Where the wall buckles, next to the highest pressure (Pa) that is expected; one that `is_perfect` has no
+/// imperfection that it could be without.
 fn buckling(wall: &WallFigures, highest: f64, is_perfect: bool) -> String {
     let mut text = String::new();
     let without = match is_perfect {

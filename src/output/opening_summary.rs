@@ -22,8 +22,8 @@ pub struct OpeningSummary {
 }
 
 impl OpeningSummary {
-    /// Of each opening over the steps of a window, which are `step` (s) long; none if it has no step. Parts of steps that
-    /// were divided do not count: means are those of equal distances.
+    /// Of each opening over the steps of a window, which are `step` (s) long; none if it has no step. Parts of steps
+    /// that were divided do not count: means are those of equal distances.
     pub fn all(rows: &[OpeningRow], window: Window, step: f64) -> Vec<Self> {
         let inside = |row: &OpeningRow| {
             let is_inside = window.contains(row.time_s, step) && is_whole(row.time_s, step);

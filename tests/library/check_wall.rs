@@ -149,10 +149,10 @@ fn a_wall_without_equilibrium_far_above_keeps_its_figures() {
     }
 }
 
-/// The wall of a tree widens under the pressures that its openings make about as long tubes do that are held along their
-/// axes.
+/// The wall of a tree widens under the pressures that its openings make about as long tubes do that are held along
+/// their axes.
 #[test]
-fn the_wall_of_a_tree_is_put_under_the_pressures_of_its_openings() {
+fn a_trees_wall_widens_under_what_its_openings_make() {
     let windkessel = |name: &str| {
         format!(
             "name = \"{name}\"\ncondition = \"windkessel\"\nproximal_resistance_Pa_s_m3 = 2e8\n\

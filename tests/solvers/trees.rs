@@ -261,8 +261,8 @@ fn the_native_fluid_divides_its_flow_and_resumes() {
     );
 }
 
-/// A wall that is given under a pressure of 8 kPa, in which the run begins, with tissue at rest and ends that slide across
-/// their lines: both fluids have the same flows and pressures.
+/// A wall that is given under a pressure of 8 kPa, in which the run begins, with tissue at rest and ends that slide
+/// across their lines: both fluids have the same flows and pressures.
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_prestressed_tree_begins_in_equilibrium_with_both_fluids() {
