@@ -118,8 +118,8 @@ fn a_tree_has_the_same_history_wherever_it_lies() {
 }
 
 /// Flows and pressures of two equal daughters with equal resistances differ by up to 7.6e-13 where the wall is rigid,
-/// and 5.6e-11 where it is elastic: meshes, and what leads from one to the other, are symmetric to rounding. With points
-/// of the blood in the plane of symmetry that move with one of the two daughters' walls there were 8.8e-8.
+/// and 5.6e-11 where it is elastic: meshes, and what leads from one to the other, are symmetric to rounding. With
+/// points of the blood in the plane of symmetry that move with one of the two daughters' walls there were 8.8e-8.
 #[test]
 fn equal_daughters_have_the_same_flow() {
     let folder = tempfile::tempdir().unwrap();
