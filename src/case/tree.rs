@@ -14,6 +14,8 @@ use std::path::PathBuf;
 /// The key to blame, and what is wrong.
 pub type Mistake = (String, String);
 
+/// No vessel is so far (m) from the origin of its coordinates.
+pub(super) const FAR: f64 = 100.0;
 /// Most ends of a tree: the adapter carries 64 openings.
 pub const MAX_ENDS: usize = 63;
 /// How the names of the patches begin at which blood and wall meet; that of a branch with an opening goes on with the
@@ -122,12 +124,14 @@ impl KeyTable for TreeOpening {
 }
 
 impl TreeLine {
-    /// The curve through its points, unless they or the radii are too few, or two points are the same.
+    /// The curve through its points, unless they or the radii are too few, two points are the same, or one is so far away
+    /// that a curve to it has no end.
     pub fn curve(&self) -> Option<CentreLine> {
         let points: Vec<Vec3> = self.points.iter().map(|x| Vec3::from(*x)).collect();
         let is_curve = points.len() > 1
             && points.len() == self.radii.len()
             && points.windows(2).all(|pair| pair[0] != pair[1])
+            && points.iter().flatten().all(|x| x.abs() <= FAR)
             && self.radii.iter().all(|r| *r > 0.0);
         is_curve.then(|| CentreLine::new(&points, &self.radii))
     }

@@ -238,7 +238,7 @@ fn tables_of_branches_become_a_case() {
         here,
         &of_three(
             "z",
-            &["--unit", "mm", "--names", "in,a,b", "--split", "3,1"],
+            &["--unit", "mm", "--names", "in,a,b", "--split", "75,25"],
         ),
     );
     let case = Case::load(&here.join("z"), Preset::Demo, &[]).unwrap();

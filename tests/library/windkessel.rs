@@ -89,3 +89,28 @@ fn what_makes_no_sense_is_refused() {
         assert!(error.contains(expected), "{arguments:?}: {error}");
     }
 }
+
+/// A vessel whose end widens with it stores what it does elsewhere: 2 % more than one with a clamped end.
+#[test]
+fn a_vessel_with_an_end_that_widens_stores_a_little_more() {
+    let folder = tempfile::tempdir().unwrap();
+    let stored = |end: &str| -> f64 {
+        let text = format!(
+            "extends = \"defaults\"\n[vessel]\nradius_m = 3.1e-3\n[[vessel.piece]]\npiece = \"line\"\nlength_m = 0.075\n\
+             [[vessel.section]]\nname = \"artery\"\nlayers = [\"wall\"]\nthicknesses = [0.25]\n[[vessel.material]]\n\
+             name = \"wall\"\nmaterial = \"neo_hooke\"\nmu_Pa = 2e5\nkappa_Pa = 1e7\n[inflow]\nbase_m3_s = 4e-6\n\
+             amplitude_m3_s = 1.2e-5\nsystole_s = 0.35\n[windkessel]\nresistance_Pa_s_m3 = 1.753e9\n\
+             compliance_m3_Pa = 7e-10\ninitial_pressure_Pa = 1e4\n[surroundings]\nspring_Pa_m = 5e6\n\
+             [initial]\nstart = \"equilibrium\"\nshape = \"loaded\"\npressure_Pa = 1e4\n[structure]\np = 3\n\
+             [ends]\noutlet = \"{end}\"\n"
+        );
+        std::fs::write(folder.path().join("case.toml"), text).unwrap();
+        let case = folder.path().to_str().unwrap();
+        let text = said(&["--case", case, "--preset", "demo", "--fluid", "native"]);
+        let (_, rest) = text.split_once("the vessel itself has ").expect(&text);
+        rest.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    let [clamped, radial] = ["clamped", "radial"].map(stored);
+    println!("{clamped:e} {radial:e} {}", radial / clamped);
+    assert!((radial / clamped - 1.02).abs() < 0.01, "{clamped} {radial}");
+}

@@ -3,13 +3,11 @@
 use super::Report;
 use crate::Vec3;
 use crate::case::ConditionKeys;
-use crate::case::tree::{BETWEEN, MAX_ENDS, WALL};
+use crate::case::tree::{BETWEEN, FAR, MAX_ENDS, WALL};
 use crate::case::{Case, InitialWall, Solver, TreeKeys, TreeLine, VesselSide};
 
 /// Radii of vessels, m.
 const RADII: [f64; 2] = [1e-5, 0.05];
-/// No vessel is so far (m) from the origin of its coordinates.
-const FAR: f64 = 100.0;
 /// The radius of a single point that is larger than those of its neighbours by this factor is a mistake.
 const BULGE: f64 = 4.0;
 
