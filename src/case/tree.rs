@@ -124,8 +124,8 @@ impl KeyTable for TreeOpening {
 }
 
 impl TreeLine {
-    /// The curve through its points, unless they or the radii are too few, two points are the same, or one is so far away
-    /// that a curve to it has no end.
+    /// The curve through its points, unless they or the radii are too few, two points are the same, or one is so far
+    /// away that a curve to it has no end.
     pub fn curve(&self) -> Option<CentreLine> {
         let points: Vec<Vec3> = self.points.iter().map(|x| Vec3::from(*x)).collect();
         let is_curve = points.len() > 1

@@ -27,8 +27,8 @@ pub struct Arguments {
     /// Folder of the case, with its case.toml.
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Also compute the wall alone, in statics, under the mean and the highest pressure that the openings make, and find
-    /// its buckling load; takes up to a minute.
+    /// Also compute the wall alone, in statics, under the mean and the highest pressure that the openings make, and
+    /// find its buckling load; takes up to a minute.
     #[arg(long)]
     wall: bool,
     #[command(flatten)]
