@@ -221,7 +221,7 @@ mod tests {
             vessels += usize::from(case.vessel().is_some() && case.anastomosis().is_none());
             probes += case.output.probes.len();
         }
-        assert_eq!((flags, vessels, own, probes), (1, 6, 7, 1));
+        assert_eq!((flags, vessels, own, probes), (1, 6, 8, 1));
     }
 
     fn load<'a>(lines: impl Iterator<Item = &'a Line>) -> Case {
