@@ -16,8 +16,9 @@ const FARTHEST: f64 = 0.1;
 
 /// Faces are as near as each other if their distances differ by less than this, in sizes of a face, ...
 const SAME: f64 = 1e-9;
-/// ... and different places if these are farther apart.
-const APART: f64 = 1e-6;
+/// ... and different places if these are farther apart. Next to the edge between two faces places that are much nearer
+/// to each other are as near as that to a point beside the surface.
+const APART: f64 = 1e-3;
 
 /// Where a point lies on the surface, with the functions that move it.
 #[derive(Debug, Clone, PartialEq)]
