@@ -61,6 +61,16 @@ pub struct WallFigures {
     pub is_cut_short: bool,
 }
 
+/// Where a piece of a side of an element begins, from -1 to 1.
+fn along(piece: usize) -> f64 {
+    2.0 * piece as f64 / PIECES as f64 - 1.0
+}
+
+/// Volume (m³) between a triangle and the origin.
+fn cone(a: Vec3, b: Vec3, c: Vec3) -> f64 {
+    a.dot(&b.cross(&c)) / 6.0
+}
+
 /// A wall in its unloaded shape that can be put under pressure.
 pub struct InflatableWall<'a> {
     /// The wall, unloaded.
@@ -102,50 +112,52 @@ impl InflatableWall<'_> {
         }
     }
 
-    /// Volume of the lumen (m³) for a displacement, by the theorem of Gauss. Its ends are closed by triangles from the
-    /// rims to their middles.
-    fn lumen_volume(&self, displacement: &[f64]) -> Result<f64, SolidError> {
+    /// Where a point of an element is, m, for a displacement.
+    fn place(&self, element: usize, xi: [f64; 3], displacement: &[f64]) -> Vec3 {
         let body = self.solid.body();
-        let place = |e: usize, xi: [f64; 3]| {
-            body.mapping.at(e, xi).position + body.displacement_at(e, xi, displacement)
-        };
-        let along = |i: usize| 2.0 * i as f64 / PIECES as f64 - 1.0;
-        let cone = |a: Vec3, b: Vec3, c: Vec3| a.dot(&b.cross(&c)) / 6.0;
+        body.mapping.at(element, xi).position + body.displacement_at(element, xi, displacement)
+    }
+
+    /// Volume of the lumen (m³) for a displacement, by the theorem of Gauss.
+    fn lumen_volume(&self, displacement: &[f64]) -> Result<f64, SolidError> {
         let inner = supports::surface(self.mesh, "inner")?;
-        let mut volume = 0.0;
+        let mut volume = self.volume_at_ends(inner, displacement);
         for &(e, face) in inner {
-            let at = |i: usize, j: usize| place(e, on_face(face, along(i), along(j)));
+            let at =
+                |i: usize, j: usize| self.place(e, on_face(face, along(i), along(j)), displacement);
             for (i, j) in (0..PIECES * PIECES).map(|n| (n / PIECES, n % PIECES)) {
                 let [a, b, c, d] =
                     [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| at(i, j));
                 volume += cone(a, b, c) + cone(a, c, d);
             }
         }
+        Ok(volume.abs())
+    }
+
+    /// The part of the triangles that close the lumen, from its rims to their middles.
+    fn volume_at_ends(&self, inner: &[(usize, HexFace)], displacement: &[f64]) -> f64 {
         let inner: BTreeMap<usize, HexFace> = inner.iter().copied().collect();
-        let rims = self.mesh.surfaces.iter().filter(|(name, _)| !is_side(name));
+        let rims = (self.mesh.surfaces.iter()).filter(|(name, _)| !is_side(name));
+        let mut volume = 0.0;
         for (_, faces) in rims {
             let mut edges = Vec::new();
             for (e, rim) in faces {
                 let Some(face) = inner.get(e) else { continue };
-                let [first, _] = directions(*face);
+                let is_first = rim.axis as usize == directions(*face)[0];
                 // Around the face, counter-clockwise seen from within the wall.
-                let is_forward = (rim.axis as usize == first) == rim.upper;
+                let is_forward = is_first == rim.upper;
                 let end = if rim.upper { 1.0 } else { -1.0 };
                 let at = |i: usize| {
                     let t = along(if is_forward { i } else { PIECES - i });
-                    let (a, b) = if rim.axis as usize == first {
-                        (end, t)
-                    } else {
-                        (t, end)
-                    };
-                    place(*e, on_face(*face, a, b))
+                    let (a, b) = if is_first { (end, t) } else { (t, end) };
+                    self.place(*e, on_face(*face, a, b), displacement)
                 };
                 edges.extend((0..PIECES).map(|i| (at(i), at(i + 1))));
             }
             let middle = edges.iter().map(|(a, _)| a).sum::<Vec3>() / edges.len().max(1) as f64;
             volume += edges.iter().map(|(a, b)| cone(*b, *a, middle)).sum::<f64>();
         }
-        Ok(volume.abs())
+        volume
     }
 
     /// How far (m) the inner side moves outwards along a branch, mean over its area, for a displacement.
@@ -310,13 +322,11 @@ impl WallFigures {
     ) -> Result<Self, SolidError> {
         let zero = vec![0.0; wall.solid.body().coefficients()];
         let empty = wall.lumen_volume(&zero)?;
-        let (mut volumes, mut parts) = (Vec::new(), Vec::new());
-        for name in branches {
-            parts.push(PartFigures {
-                name: name.clone(),
-                widenings: Vec::new(),
-            });
-        }
+        let part = |name: &String| PartFigures {
+            name: name.clone(),
+            widenings: Vec::new(),
+        };
+        let (mut volumes, mut parts) = (Vec::new(), branches.iter().map(part).collect::<Vec<_>>());
         let mut found = Self::under(wall, None, pressures, |displacement| {
             volumes.push(wall.lumen_volume(displacement)? / empty);
             for part in &mut parts {

@@ -104,6 +104,22 @@ const NODES: usize = 400;
 /// Iterations of the perpendicular: it converges quadratically.
 const MOST_ITERATIONS: usize = 30;
 
+/// The line nearest to a point (m) among numbered ones, and the place on it. A line ends where the next ones begin:
+/// there they are nearer, not what would go on straight.
+pub fn nearest_of<'a>(
+    lines: impl Iterator<Item = (usize, &'a SpaceCurve)>,
+    x: &Vec3,
+) -> Option<(usize, NearestPoint)> {
+    let found = lines.map(|(number, line)| {
+        let nearest = line.nearest(x);
+        let [from, to] = line.ends();
+        let end = line.frame(nearest.s.clamp(from, to)).origin;
+        ((end - x).norm(), number, nearest)
+    });
+    let nearest = found.min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map(|(_, number, nearest)| (number, nearest))
+}
+
 impl SpaceCurve {
     /// The x-axis between two places.
     pub fn x_axis(from: f64, to: f64) -> Self {

@@ -9,6 +9,25 @@ use crate::pfem::supports::{
 };
 use std::sync::Arc;
 
+impl From<TissueDirection> for Direction {
+    fn from(direction: TissueDirection) -> Self {
+        match direction {
+            TissueDirection::Radial => Self::Radial,
+            TissueDirection::Axial => Self::Axial,
+            TissueDirection::All => Self::All,
+        }
+    }
+}
+
+impl From<GivenShape> for AtRest {
+    fn from(shape: GivenShape) -> Self {
+        match shape {
+            GivenShape::Unloaded => Self::Reference,
+            GivenShape::Loaded => Self::Loaded,
+        }
+    }
+}
+
 impl Axis for SpaceCurve {
     fn nearest(&self, x: &Vec3) -> AxisPoint {
         let nearest = SpaceCurve::nearest(self, x);
@@ -50,11 +69,7 @@ pub fn tissue(vessel: &BloodVessel, line: &SpaceCurve) -> Vec<Foundation> {
         return Vec::new();
     };
     let axis = axis(line);
-    let direction = match tissue.direction.unwrap_or_default() {
-        TissueDirection::Radial => Direction::Radial,
-        TissueDirection::Axial => Direction::Axial,
-        TissueDirection::All => Direction::All,
-    };
+    let direction = tissue.direction.unwrap_or_default().into();
     let kinds = [
         (direction, tissue.spring, tissue.damping),
         (Direction::Axial, tissue.axial_spring, tissue.axial_damping),
@@ -64,10 +79,7 @@ pub fn tissue(vessel: &BloodVessel, line: &SpaceCurve) -> Vec<Foundation> {
         spring: Profile(vessel.along(spring)),
         damping: Profile(vessel.along(damping)),
         direction,
-        at_rest: match tissue.at_rest.unwrap_or_default() {
-            GivenShape::Unloaded => AtRest::Reference,
-            GivenShape::Loaded => AtRest::Loaded,
-        },
+        at_rest: tissue.at_rest.unwrap_or_default().into(),
         axis: axis.clone(),
     };
     let all = kinds.into_iter().map(foundation);

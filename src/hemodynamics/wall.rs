@@ -5,7 +5,7 @@ use super::place::Place;
 use super::region::{Region, RegionExtent, is_in_box, share};
 use super::rings::Rings;
 use crate::Vec3;
-use crate::curve::{NearestPoint, SpaceCurve};
+use crate::curve::{SpaceCurve, nearest_of};
 use crate::geometry::PolyMesh;
 use crate::interpolation::Nearest;
 use std::collections::{BTreeSet, HashMap};
@@ -102,23 +102,10 @@ impl WetSurface {
             return self;
         }
         let place = |(face, middle): (usize, Vec3)| {
-            let all = lines
-                .iter()
-                .map(|(_, line)| line.nearest(&middle))
-                .enumerate();
-            // A line ends where the next ones begin: there they are nearer, not what would go on straight.
-            let off = |(line, nearest): &(usize, NearestPoint)| {
-                let curve = &lines[*line].1;
-                let [from, to] = curve.ends();
-                (curve.frame(nearest.s.clamp(from, to)).origin - middle).norm()
-            };
-            let of_patch = all
-                .clone()
-                .filter(|(i, _)| self.is_of_patch(face, &lines[*i].0));
-            let found = of_patch.min_by(|a, b| off(a).total_cmp(&off(b)));
-            let (line, nearest) = found
-                .or_else(|| all.min_by(|a, b| off(a).total_cmp(&off(b))))
-                .expect("there is a line");
+            let all = || lines.iter().map(|(_, line)| line).enumerate();
+            let of_patch = all().filter(|(i, _)| self.is_of_patch(face, &lines[*i].0));
+            let found = nearest_of(of_patch, &middle).or_else(|| nearest_of(all(), &middle));
+            let (line, nearest) = found.expect("there is a line");
             (line, nearest.s)
         };
         let (line_of, along) = self.middles().enumerate().map(place).unzip();

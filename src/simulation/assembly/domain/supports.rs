@@ -2,13 +2,11 @@
 
 use super::Branches;
 use crate::Vec3;
-use crate::case::{GivenShape, OwnCase, TissueDirection, WallSupport};
-use crate::curve::SpaceCurve;
+use crate::case::{OwnCase, TissueDirection, WallSupport};
+use crate::curve::{SpaceCurve, nearest_of};
 use crate::files::{Fault, fault};
 use crate::geometry::{HexMesh, is_side, outer_side_of};
-use crate::pfem::supports::{
-    AtRest, Axis, AxisPoint, Direction, Foundation, Profile, Support, guide,
-};
+use crate::pfem::supports::{Axis, AxisPoint, Direction, Foundation, Profile, Support, guide};
 use std::sync::Arc;
 
 /// The lines of branches that are called alike.
@@ -17,10 +15,9 @@ struct Lines(Vec<SpaceCurve>);
 
 impl Axis for Lines {
     fn nearest(&self, x: &Vec3) -> AxisPoint {
-        let all = self.0.iter().map(|line| Axis::nearest(line, x));
-        let off = |point: &AxisPoint| (point.position - x).norm();
-        let nearest = all.min_by(|a, b| off(a).total_cmp(&off(b)));
-        nearest.expect("a branch has a line")
+        let nearest = nearest_of(self.0.iter().enumerate(), x);
+        let (line, _) = nearest.expect("a branch has a line");
+        Axis::nearest(&self.0[line], x)
     }
 }
 
@@ -95,15 +92,8 @@ fn on(
                 surface: name.to_owned(),
                 spring: Profile::constant(*spring),
                 damping: damping.map_or(Profile::default(), Profile::constant),
-                direction: match direction.unwrap_or(TissueDirection::All) {
-                    TissueDirection::Radial => Direction::Radial,
-                    TissueDirection::Axial => Direction::Axial,
-                    TissueDirection::All => Direction::All,
-                },
-                at_rest: match at_rest.unwrap_or_default() {
-                    GivenShape::Unloaded => AtRest::Reference,
-                    GivenShape::Loaded => AtRest::Loaded,
-                },
+                direction: direction.unwrap_or(TissueDirection::All).into(),
+                at_rest: at_rest.unwrap_or_default().into(),
                 axis: None,
             };
             // All of the outer side has no axis of its own.
