@@ -97,7 +97,7 @@ impl Tree {
                 };
                 let plugs = (0..=grid.rings.len()).into_par_iter();
                 all = plugs
-                    .map(|ring| grid.positions(&plug(grid, ring, at), 1.0))
+                    .map(|ring| grid.positions(&plug(grid, &hole.shape, ring, at), 1.0))
                     .collect();
                 cap[0] = Some(self.cap(&all[0], |i, j| at(self.in_cap(i, j), 0)));
             }

@@ -9,6 +9,7 @@ use super::error::{Parted, TreeError};
 use super::junction::{BranchEnd, Junction, Parting};
 use super::lumen::Lumen;
 use super::section::SectionGrid;
+use super::shape::{SHAPES, Shape};
 use super::side::{self, Side};
 use super::slicer::Slicer;
 use crate::Vec3;
@@ -22,8 +23,8 @@ const WIDEST: f64 = 0.85;
 /// ... by the cosine of the angle that it turns.
 const STRAIGHT: f64 = 0.5;
 /// A thin one meets the other as an equal if the scaled Jacobian of all cells is above this; else the better one of the
-/// two ways counts ...
-const FAN: f64 = 0.3;
+/// two ways counts. Of several shapes of a thin one, the first one above it ...
+const GOOD: f64 = 0.3;
 /// ... if it is better than this.
 const LEAST: f64 = 0.02;
 /// How much of the lines is meshed to find that out, in radii upstream and downstream.
@@ -72,17 +73,19 @@ impl Meeting {
                 Some(all[0].min(all[1]))
             }
         };
-        let enough = if is_thin { FAN } else { LEAST };
+        let enough = if is_thin { GOOD } else { LEAST };
         if of_fan.is_some_and(|quality| quality > enough) {
             return fan().or_else(refused);
         }
-        let of_side = Self::side_quality(lumen, trunk, &path, pair);
-        let found = of_side.as_ref().map_or(-1.0, |quality| *quality);
+        let of_side = Self::side_shape(lumen, trunk, &path, pair);
+        let found = of_side.as_ref().map_or(-1.0, |(quality, _)| *quality);
         let side = || {
             let [line, branch] = pair;
-            match of_side? > LEAST {
-                true => Side::new(slicer, &path(line), line, branch).map(Self::Side),
-                false => Err(TreeError::InsideOut(middle)),
+            match of_side? {
+                (quality, shape) if quality > LEAST => {
+                    Side::new(slicer, &path(line), line, branch, shape).map(Self::Side)
+                }
+                _ => Err(TreeError::InsideOut(middle)),
             }
         };
         let meeting = match of_fan {
@@ -96,13 +99,14 @@ impl Meeting {
         meeting.or_else(refused)
     }
 
-    /// The scaled Jacobian of the worst cell or element around a branch at the side of another.
-    fn side_quality(
+    /// The shape of a branch at the side of another, and the scaled Jacobian of the worst cell or element there: the
+    /// first one that is good, or the best.
+    fn side_shape(
         lumen: &Lumen,
         trunk: &CentreLine,
         path: &impl Fn(usize) -> CentreLine,
         [line, branch]: [usize; 2],
-    ) -> Result<f64, TreeError> {
+    ) -> Result<(f64, Shape), TreeError> {
         let [parent, thin] = [path(line), path(branch)];
         let s = trunk.length();
         let r = trunk.radius(s);
@@ -114,9 +118,33 @@ impl Meeting {
             vec![parent.clone(), thin.clone()],
             lumen.surface.as_ref().map(Arc::clone),
         );
+        let slicers = usual(&beside);
+        let mut best: Result<(f64, Shape), TreeError> = Err(TreeError::InsideOut(trunk.at(s)));
+        for (number, shape) in SHAPES.into_iter().enumerate() {
+            let found = Self::side_quality(&slicers, [&parent, &thin], shape);
+            match (found, &best) {
+                (Ok(quality), Ok((other, _))) if quality <= *other => {}
+                (Ok(quality), _) => best = Ok((quality, shape)),
+                // What the usual shape meets with is told.
+                (Err(error), _) if number == 0 => best = Err(error),
+                (Err(_), _) => {}
+            }
+            if best.as_ref().is_ok_and(|(quality, _)| *quality > GOOD) {
+                break;
+            }
+        }
+        best
+    }
+
+    /// The scaled Jacobian of the worst cell or element around a branch of this shape at the side of another.
+    fn side_quality(
+        slicers: &[Slicer],
+        [parent, thin]: [&CentreLine; 2],
+        shape: Shape,
+    ) -> Result<f64, TreeError> {
         let mut worst = f64::INFINITY;
-        for slicer in usual(&beside) {
-            let side = Side::new(&slicer, &parent, 0, 1)?;
+        for slicer in slicers {
+            let side = Side::new(slicer, parent, 0, 1, shape)?;
             let branch = |line: usize, axis: &CentreLine, from, to| Branch {
                 lines: vec![line],
                 axis: axis.clone(),
@@ -124,11 +152,11 @@ impl Meeting {
                 to,
             };
             let branches = vec![
-                branch(0, &parent, None, Some(0)),
-                branch(0, &parent, Some((0, 0)), None),
-                branch(1, &thin, Some((0, 1)), None),
+                branch(0, parent, None, Some(0)),
+                branch(0, parent, Some((0, 0)), None),
+                branch(1, thin, Some((0, 1)), None),
             ];
-            let tree = Tree::of_parts(slicer, vec![Self::Side(side)], branches)?;
+            let tree = Tree::of_parts(slicer.clone(), vec![Self::Side(side)], branches)?;
             let found = tree.qualities().into_iter().map(|(quality, _)| quality);
             worst = found.fold(worst, f64::min);
         }

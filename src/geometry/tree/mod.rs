@@ -16,6 +16,7 @@ mod junction;
 mod lumen;
 mod meeting;
 mod section;
+mod shape;
 mod side;
 mod slicer;
 mod stack;

@@ -251,7 +251,10 @@ impl SectionGrid {
                 let t = if ring == 0 { 0.0 } else { self.rings[ring - 1] };
                 at[self.ring_point(ring, a)] = match &section.inner {
                     None => centre + arm * (core * (1.0 - t) + t) + section.lift * (1.0 - t),
-                    Some(inner) => centre + inner[a] * (growth * core * (1.0 - t)) + arm * t,
+                    Some(inner) => {
+                        let of_core = inner[a] * (growth * core) + section.lift;
+                        centre + of_core * (1.0 - t) + arm * t
+                    }
                 };
             }
         }

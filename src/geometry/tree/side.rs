@@ -8,6 +8,7 @@
 use super::error::TreeError;
 use super::junction::BranchEnd;
 use super::section::{CrossSection, SectionGrid};
+use super::shape::Shape;
 use super::slicer::{Slicer, across};
 use crate::Vec3;
 use crate::curve::CentreLine;
@@ -17,18 +18,6 @@ use std::f64::consts::{FRAC_PI_4, PI};
 /// which the lumen ends within so many radii of the parent's.
 const FOOT: [f64; 4] = [1.15, 1.25, 1.35, 1.5];
 const ABOVE: f64 = 0.6;
-/// Length of the parent between the patch and plane cross-sections, in radii of the parent.
-const BESIDE: f64 = 0.8;
-/// How far the cross-sections of the patch spread on the parent's other side, relative to that of a tube.
-const SPREAD: f64 = 0.8;
-/// How much the core of the parent's cross-sections stays in that of a tube.
-const UPRIGHT: f64 = 0.35;
-/// Where their middles lie between the parent's other side (0) and the patch (1).
-const NEAR: f64 = 0.9;
-/// Height of the bowl's bottom, as a share of the plug's height and of its width at most.
-const BOTTOM: [f64; 2] = [0.45, 0.5];
-/// Plane cross-sections of the branch begin so far from the patch, in radii of the branch.
-const CUT: f64 = 1.0;
 /// The smallest sine of the angle between the branch and the parent.
 const LEAST_SINE: f64 = 0.4;
 
@@ -50,6 +39,8 @@ pub struct Side {
     pub sections: Vec<CrossSection>,
     /// Which of these is the first one of the patch.
     pub first: usize,
+    /// How it stands on the parent.
+    pub shape: Shape,
 }
 
 /// A hole in the rings of a branch, where a side branch begins.
@@ -59,6 +50,8 @@ pub struct Hole {
     pub first: usize,
     /// Point of the rims in the middle of the hole.
     pub middle: usize,
+    /// How the branch stands there.
+    pub shape: Shape,
 }
 
 /// The border of a hole from its middle, along the parent and around it, point by point of the branch's rim.
@@ -88,21 +81,32 @@ pub fn coons(grid: &SectionGrid, i: usize, j: usize, at: impl Fn(usize, usize) -
 /// and ring.
 pub fn plug(
     grid: &SectionGrid,
+    shape: &Shape,
     ring: usize,
     at: impl Fn((isize, isize), usize) -> Vec3,
 ) -> CrossSection {
     let t = if ring == 0 { 0.0 } else { grid.rings[ring - 1] };
+    let outer = grid.rings.len();
     let middle = |ring: usize| at((0, 0), ring);
-    let depth = middle(grid.rings.len()) - middle(0);
+    let depth = middle(outer) - middle(0);
+    let up = depth.normalize();
     let widths = border(grid.core).map(|place| (at(place, 0) - middle(0)).norm());
-    let [of_height, of_width] = BOTTOM;
+    let [of_height, of_width] = shape.bottom;
     let bottom = (of_height * depth.norm()).min(of_width * widths.fold(f64::INFINITY, f64::min));
+    let centre = middle(ring);
+    let rim: Vec<Vec3> = border(grid.core).map(|place| at(place, ring)).collect();
+    let tilted = |tilt: f64| {
+        let end = grid.core as isize / 2;
+        let along = at((end, 0), outer) - at((-end, 0), outer);
+        let level = along - up * up.dot(&along);
+        let slope = up * (tilt * t * up.dot(&along) / level.norm_squared());
+        let arms = rim.iter().map(|x| x - centre);
+        arms.map(|arm| arm + slope * arm.dot(&level)).collect()
+    };
     CrossSection {
-        lift: depth.normalize() * (bottom * (1.0 - t)),
-        ..CrossSection::new(
-            middle(ring),
-            border(grid.core).map(|place| at(place, ring)).collect(),
-        )
+        inner: (shape.tilt != 0.0).then(|| tilted(shape.tilt)),
+        lift: up * (bottom * (1.0 - t)),
+        ..CrossSection::new(centre, rim)
     }
 }
 
@@ -191,7 +195,12 @@ impl<'a> Exit<'a> {
     }
 
     /// The border of the patch on rays along the branch, and how far it is from the branch's line, in radii of that.
-    fn border(&self, slicer: &Slicer, path: &CentreLine) -> Result<(f64, Vec<Vec3>), TreeError> {
+    fn border(
+        &self,
+        slicer: &Slicer,
+        path: &CentreLine,
+        shape: &Shape,
+    ) -> Result<(f64, Vec<Vec3>), TreeError> {
         let (grid, r) = (&slicer.grid, self.radius);
         let [first, second] = self.frame();
         let point = |b: usize, off: f64| {
@@ -200,13 +209,35 @@ impl<'a> Exit<'a> {
             let from = beside - self.along * ((beside - self.centre).dot(&self.axis) / self.sine);
             let wall = slicer.lumen.near(&from).wall(&from, &self.along)?;
             let foot = path.foot(&wall);
-            (foot.distance - foot.radius < ABOVE * r).then_some(wall)
+            let is_low = foot.distance - foot.radius < ABOVE * r;
+            is_low.then(|| self.climbed(wall, slicer, shape.climb))?
         };
         let all_around = |off: f64| -> Option<Vec<Vec3>> {
             (0..4 * grid.core).map(|b| point(b, off * r)).collect()
         };
-        let found = FOOT.iter().find_map(|off| Some((*off, all_around(*off)?)));
+        let mut all = FOOT.iter().map(|off| off * shape.foot);
+        let found = all.find_map(|off| Some((off, all_around(off)?)));
         found.ok_or(TreeError::Neck(self.out))
+    }
+
+    /// A point of the border further along the branch, the more the less sharply the branch leaves there: so the patch
+    /// is less inclined to the branch.
+    fn climbed(&self, x: Vec3, slicer: &Slicer, climb: f64) -> Option<Vec3> {
+        if climb == 0.0 {
+            return Some(x);
+        }
+        let [first, _] = self.frame();
+        let s = (x - self.out).dot(&self.along);
+        let arm = x - self.out - self.along * s;
+        let slope = self.slope();
+        let less_sharply = slope.abs() - slope * arm.dot(&first) / arm.norm();
+        let beside = self.out + self.along * (s + climb * self.radius * less_sharply);
+        slicer.lumen.near(&beside).wall(&beside, &arm.normalize())
+    }
+
+    /// Cotangent of the angle between the branch and the parent downstream.
+    fn slope(&self) -> f64 {
+        self.along.dot(&self.flow) / self.sine
     }
 }
 
@@ -240,11 +271,15 @@ struct Patch<'a> {
     /// Half its length, m, and that which it has on the parent's other side.
     half: f64,
     width: f64,
+    /// How far it lies further back there, m.
+    back: f64,
+    shape: &'a Shape,
 }
 
 impl<'a> Patch<'a> {
-    fn new(around: Around<'a>, radius: f64, on_border: Vec<Vec3>) -> Self {
+    fn new(around: Around<'a>, shape: &'a Shape, exit: &Exit, on_border: Vec<Vec3>) -> Self {
         let slicer = around.slicer;
+        let radius = around.path.radius(exit.s);
         let grid = &slicer.grid;
         let n = grid.core;
         let mut points = vec![Vec3::zeros(); (n + 1) * (n + 1)];
@@ -266,7 +301,9 @@ impl<'a> Patch<'a> {
             places,
             middle: 0.5 * (low + high),
             half: 0.5 * (high - low),
-            width: (0.55 * (high - low)).max(0.5 * SPREAD * elements * slicer.along * radius),
+            width: (0.55 * (high - low)).max(0.5 * shape.spread * elements * slicer.along * radius),
+            back: shape.back * radius * exit.slope(),
+            shape,
         }
     }
 
@@ -304,7 +341,7 @@ impl<'a> Patch<'a> {
         let (n, h) = (grid.core, grid.core / 2);
         let place = |j: usize| self.places[self.index(i, j)];
         let u = grid.place(i);
-        let far = self.middle + self.width * (2.0 * u - 1.0);
+        let far = self.middle + self.width * (2.0 * u - 1.0) - self.back;
         let of = |a: usize| {
             let (a, side) = self.signed(a);
             if a <= h {
@@ -320,7 +357,7 @@ impl<'a> Patch<'a> {
         let [first, last] = [0, n].map(|i| self.places[self.index(i, h)][0]);
         let near = first * (1.0 - u) + last * u;
         Row {
-            s: near * NEAR + far * (1.0 - NEAR),
+            s: near * self.shape.near + far * (1.0 - self.shape.near),
             rim: (0..4 * n).map(of).collect(),
         }
     }
@@ -372,7 +409,7 @@ impl<'a> Patch<'a> {
         let inner = (section.rim.iter().enumerate()).map(|(a, x)| {
             let (sin, cos) = self.grid().angle(a).sin_cos();
             let round = (first * cos + second * sin) * radius;
-            (x - centre) * (1.0 - UPRIGHT) + round * UPRIGHT
+            (x - centre) * (1.0 - self.shape.upright) + round * self.shape.upright
         });
         inner.collect()
     }
@@ -388,16 +425,20 @@ impl Side {
         path: &CentreLine,
         line: usize,
         branch: usize,
+        shape: Shape,
     ) -> Result<Self, TreeError> {
         let grid = &slicer.grid;
         let exit = Exit::new(&slicer.lumen.lines[branch], path)?;
         let axis = exit.axis;
-        let (off, on_border) = exit.border(slicer, path)?;
+        let (off, on_border) = exit.border(slicer, path, &shape)?;
         let radius = path.radius(exit.s);
-        let patch = Patch::new(Around { slicer, path, axis }, radius, on_border);
-        let beside = BESIDE * radius;
+        let patch = Patch::new(Around { slicer, path, axis }, &shape, &exit, on_border);
+        let beside = shape.beside * radius;
         let reach = patch.width.max(patch.half) + beside;
-        let [begin, end] = [patch.middle - reach, patch.middle + reach];
+        let [begin, end] = [
+            patch.middle - reach - patch.back.max(0.0),
+            patch.middle + reach - patch.back.min(0.0),
+        ];
         let between = grid.divided(beside / (slicer.along * radius));
         let (rows, first) = patch.rows([begin, end], &between);
         let mut sections = Vec::with_capacity(rows.len());
@@ -409,8 +450,7 @@ impl Side {
             }
             sections.push(section);
         }
-        let slope = exit.along.dot(&exit.flow).abs() / exit.sine;
-        let cut = exit.exit + exit.radius * (CUT + off * slope);
+        let cut = exit.exit + exit.radius * (shape.cut + off * exit.slope().abs());
         let end_of = |line, cut| BranchEnd { line, cut };
         Ok(Self {
             centre: exit.centre,
@@ -423,6 +463,7 @@ impl Side {
             ],
             sections,
             first,
+            shape,
         })
     }
 }

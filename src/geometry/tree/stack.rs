@@ -264,6 +264,7 @@ impl Tree {
                 stack.hole = Some(Hole {
                     first: stack.sections.len() + side.first,
                     middle: axis,
+                    shape: side.shape,
                 });
                 (stack.middles).extend(vec![WHOLE; side.sections.len()]);
                 stack
@@ -292,7 +293,7 @@ impl Tree {
         let rows: Vec<Vec<Vec3>> = (parent.sections[rows].iter())
             .map(|section| grid.positions(section, 1.0))
             .collect();
-        plug(grid, ring, |(i, j), ring| {
+        plug(grid, &hole.shape, ring, |(i, j), ring| {
             let row = (grid.core / 2).wrapping_add_signed(i);
             let point = (hole.middle + grid.around()).wrapping_add_signed(j) % grid.around();
             rows[row][grid.ring_point(ring, point)]

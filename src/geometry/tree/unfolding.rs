@@ -70,7 +70,14 @@ impl<'a> Unfolding<'a> {
             let wall = wall.or_else(|| near.nearest(&beside));
             wall.ok_or(TreeError::Open(centre))
         });
-        Ok(CrossSection::new(centre, rim.collect::<Result<_, _>>()?))
+        let mut section = CrossSection::new(centre, rim.collect::<Result<_, _>>()?);
+        if let Some(inner) = &self.folded.inner {
+            let arms = |section: &CrossSection, a: usize| section.rim[a] - section.centre;
+            let off = |a: usize| (inner[a] - arms(&self.folded, a)) * (1.0 - u);
+            let inner = (0..inner.len()).map(|a| arms(&section, a) + off(a));
+            section.inner = Some(inner.collect());
+        }
+        Ok(section)
     }
 
     /// On the parabola from one point to another.
