@@ -132,25 +132,37 @@ fn side(angle: f64, ratio: f64) -> Lumen {
     ])
 }
 
-/// Thin branches of 0.2 to 0.6 of the radius where the parent bends by 30° over two radii, out of the plane in which
-/// they leave it at 45° to 110°: 0.289 to 0.447, and at least 0.314 from 60° on.
+/// A branch of this ratio to its parent's radius at this angle (degrees). The parent bends by some degrees over two
+/// radii where it leaves, out of the plane in which it does.
+fn side_of_folded(angle: f64, ratio: f64, fold: f64) -> Lumen {
+    let [branch, mut parent] = [onward(&trunk(), angle, 16.0, 3.0 * ratio), trunk()];
+    for i in 1..=51 {
+        let (sin, cos) = f64::to_radians(fold / 12.0 * f64::from(i.min(12))).sin_cos();
+        let step = Vec3::new(cos, 0.0, sin) * 0.5;
+        parent.push((parent[parent.len() - 1].0 + step, 3.0));
+    }
+    lumen(vec![parent, branch])
+}
+
+/// Thin branches of 0.2 to 0.6 of the radius at 30° to 110°, in a plane with their parent and out of it: 0.299 to 0.468
+/// from 45° on; below, 0.259 in the plane (30°, 0.5; else 0.298) and 0.238 out of it (35°, 0.6; else 0.276).
 #[test]
-fn thin_branches_leave_parents_that_turn_aside() {
-    for angle in [45.0, 60.0, 75.0, 90.0, 110.0] {
+fn thin_branches_leave_at_30_to_110_degrees() {
+    for angle in [30.0, 35.0, 40.0, 45.0, 60.0, 75.0, 90.0, 110.0] {
         for ratio in [0.2, 0.3, 0.4, 0.5, 0.6] {
-            let [branch, mut parent] = [onward(&trunk(), angle, 16.0, 3.0 * ratio), trunk()];
-            for i in 1..=51 {
-                let (sin, cos) = f64::to_radians(2.5 * f64::from(i.min(12))).sin_cos();
-                let step = Vec3::new(cos, 0.0, sin) * 0.5;
-                parent.push((parent[parent.len() - 1].0 + step, 3.0));
+            for fold in [0.0, 30.0] {
+                let found = both(&side_of_folded(angle, ratio, fold));
+                let found = found.unwrap_or_else(|e| panic!("{e}"));
+                println!("{angle}° {ratio}, {fold}°: {found:.3?}");
+                let least = match (angle < 45.0, fold == 0.0, (angle, ratio)) {
+                    (true, true, (30.0, 0.5)) => 0.255,
+                    (true, false, (35.0, 0.6)) => 0.235,
+                    (true, false, _) => 0.272,
+                    _ => 0.295,
+                };
+                let is_right = found.iter().all(|q| (least..0.48).contains(q));
+                assert!(is_right, "{angle}° {ratio}, {fold}°: {found:?}");
             }
-            let found = both(&lumen(vec![parent, branch])).unwrap_or_else(|e| panic!("{e}"));
-            println!("{angle}° {ratio}: {found:?}");
-            let least = if angle < 60.0 { 0.28 } else { 0.31 };
-            assert!(
-                found.iter().all(|q| (least..0.46).contains(q)),
-                "{angle}° {ratio}: {found:?}"
-            );
         }
     }
 }
@@ -205,7 +217,7 @@ fn a_mesh_goes_with_its_tree() {
     }
 }
 
-/// A branch that leaves forwards or backwards: at least 0.088, or the angle that was found and those that are allowed.
+/// A branch that leaves forwards or backwards: at least 0.126, or the angle that was found and those that are allowed.
 #[test]
 fn branches_may_leave_at_many_angles() {
     for (angle, ratio) in [
@@ -220,7 +232,7 @@ fn branches_may_leave_at_many_angles() {
         let found = both(&side(angle, ratio)).unwrap_or_else(|e| panic!("{angle}: {e}"));
         println!("{angle}° {ratio}: {found:?}");
         assert!(
-            found.iter().all(|q| (0.08..0.4).contains(q)),
+            found.iter().all(|q| (0.12..0.4).contains(q)),
             "{angle} {ratio}: {found:?}"
         );
     }
@@ -260,12 +272,12 @@ fn thin_branches_leave_bends() {
     }
 }
 
-/// Thin branches that leave forwards: their elements are at least 0.12. The parent's line goes straight on, while that
+/// Thin branches that leave forwards: their elements are at least 0.22. The parent's line goes straight on, while that
 /// of the branch bends towards it where they part. Cross-sections along the mean of the two would be tilted next to
 /// those along the parent's own line, and elements inside out (-0.96 to -0.78).
 #[test]
 fn elements_are_whole_beside_branches_that_leave_forwards() {
-    for (angle, ratio, least) in [(25.0, 0.5, 0.11), (30.0, 0.5, 0.12), (40.0, 0.5, 0.25)] {
+    for (angle, ratio, least) in [(25.0, 0.5, 0.22), (30.0, 0.5, 0.28), (40.0, 0.5, 0.3)] {
         let [_, elements] = both(&side(angle, ratio)).unwrap_or_else(|e| panic!("{angle}: {e}"));
         println!("{angle}° {ratio}: {elements}");
         assert!((least..0.4).contains(&elements), "{angle}: {elements}");

@@ -30,15 +30,70 @@ pub struct Shape {
 }
 
 /// What is tried, in this order, until one is good.
-pub const SHAPES: [Shape; 1] = [Shape {
-    foot: 1.0,
-    climb: 0.0,
-    tilt: 0.0,
-    beside: 0.8,
-    spread: 0.8,
-    back: 0.0,
-    upright: 0.35,
-    near: 0.9,
-    bottom: [0.45, 0.5],
-    cut: 1.0,
-}];
+pub const SHAPES: [Shape; 5] = [
+    // For branches across their parent.
+    Shape {
+        foot: 1.0,
+        climb: 0.0,
+        tilt: 0.0,
+        beside: 0.8,
+        spread: 0.8,
+        back: 0.0,
+        upright: 0.35,
+        near: 0.9,
+        bottom: [0.45, 0.5],
+        cut: 1.0,
+    },
+    // At 30°, up to 0.4 of the parent's radius.
+    Shape {
+        foot: 1.0,
+        climb: 0.28,
+        tilt: 0.83,
+        beside: 1.74,
+        spread: 0.8,
+        back: 0.05,
+        upright: 0.2,
+        near: 0.94,
+        bottom: [0.35, 0.68],
+        cut: 1.9,
+    },
+    // At 35° to 45°, 0.6 of the parent's radius.
+    Shape {
+        foot: 0.95,
+        climb: 0.1,
+        tilt: 0.73,
+        beside: 1.17,
+        spread: 0.65,
+        back: 0.93,
+        upright: 0.43,
+        near: 0.85,
+        bottom: [0.49, 0.72],
+        cut: 1.17,
+    },
+    // At 30°, 0.5 and 0.6 of the parent's radius.
+    Shape {
+        foot: 0.97,
+        climb: 0.52,
+        tilt: 0.35,
+        beside: 1.19,
+        spread: 0.37,
+        back: 0.75,
+        upright: 0.15,
+        near: 0.82,
+        bottom: [0.47, 1.05],
+        cut: 0.5,
+    },
+    // The same where the parent turns aside.
+    Shape {
+        foot: 0.92,
+        climb: 0.23,
+        tilt: 0.97,
+        beside: 0.9,
+        spread: 0.57,
+        back: 0.94,
+        upright: 0.11,
+        near: 0.91,
+        bottom: [0.46, 0.72],
+        cut: 1.64,
+    },
+];
