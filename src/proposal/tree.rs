@@ -415,6 +415,14 @@ fn figures(
         remarks.push(super::turbulent());
     }
     remarks.extend(plausible);
+    // A surface says how wide the lumen is.
+    let scatter = ends.scatter.filter(|_| input.lumen.is_none());
+    remarks.extend(scatter.map(|[jump, all]| {
+        format!(
+            "warning: the radii of the lines scatter, as radii in voxels do: {jump} of {all} are more than a quarter off from the one \
+             before, and the lumen is as uneven; smooth them in the file, or give the surface (--lumen)"
+        )
+    }));
     let figures = Figures {
         radii: ends.range,
         curve,
