@@ -332,7 +332,8 @@ fn try_wall(
         ))
     };
     let mut thickness = None;
-    // The first preset has the fewest cells, and the thinnest wall says at once whether there is any, on these cells first.
+    // The first preset has the fewest cells, and the thinnest wall says at once whether there is any: on these cells
+    // first.
     for (untried, presets) in [(0..1, 0..1), (1..PRESETS.len(), 0..PRESETS.len())] {
         let Some(place) = inside_out_of(proposal, untried)? else {
             continue;

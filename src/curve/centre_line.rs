@@ -250,7 +250,8 @@ impl CentreLine {
         let end = range.end.min(self.points.len() - 1);
         let groups = range.start / GROUP..end.div_ceil(GROUP);
         let mut best = (f64::INFINITY, range.start, 0.0);
-        // Loops without iterators, which the driver's level of optimization leaves as calls: a third of a mesh's seconds.
+        // Loops without iterators, which the driver's level of optimization leaves as calls: a third of a mesh's
+        // seconds.
         let look_at = |group: usize, best: &mut (f64, usize, f64)| {
             let mut i = range.start.max(group * GROUP);
             let last = end.min((group + 1) * GROUP);

@@ -14,8 +14,8 @@ const ROUNDED: f64 = 0.01;
 const END: f64 = 0.2;
 /// A radius jumps if it is so many times the one before or less than that part of it ...
 const JUMP: f64 = 1.25;
-/// ... and radii scatter if this share of them jumps up, and as many down: a vessel that tapers does not, and a narrowing
-/// is a few points.
+/// ... and radii scatter if this share of them jumps up, and as many down: a vessel that tapers does not, and a
+/// narrowing is a few points.
 const SCATTER: f64 = 0.1;
 
 /// What is known of the lines, m.

@@ -244,7 +244,8 @@ impl WetQuads {
             }
         };
         // What the ball of a point touches is near what that of the next one does: a ball that touches it is hardly too
-        // large. One that is as large as the vessel shrinks often, and what is nearest to a place far away is found slowly.
+        // large. One that is as large as the vessel shrinks often, and what is nearest to a place far away is found
+        // slowly.
         let in_turn = |(points, normals): (&[Vec3], &[Vec3])| -> Vec<f64> {
             let mut touched = None;
             let pairs = points.iter().zip(normals);
