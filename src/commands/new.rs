@@ -177,7 +177,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             (Err(failure), known) => return Err(known.unwrap_or(failure)),
         };
         let written = written(folder, &proposal).map_err(failed)?;
-        match (try_wall(written.path(), &mut proposal), proposal.way) {
+        let tried = try_wall(
+            written.path(),
+            &mut proposal,
+            arguments.leave_out_impossible,
+        );
+        match (tried, proposal.way) {
             (Ok(()), _) => break (written, proposal),
             // Of smoother lines one may.
             (Err(failure @ Failure::Input(_)), Some(way)) if arguments.thickness.is_none() => {
@@ -187,6 +192,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
                 first.get_or_insert(failure);
                 input.ruled_out.push(way);
                 input.ruled_out.append(&mut proposal.without_mesh);
+                input.known = proposal.with_mesh;
             }
             (Err(failure), _) => return Err(failure),
         }
@@ -258,6 +264,7 @@ impl Arguments {
             closed: self.closed.clone(),
             least_radius: si(&self.least_radius),
             ruled_out: Vec::new(),
+            known: Vec::new(),
             leaves_impossible_out: self.leave_out_impossible,
             split: self.split.clone(),
             murray: self.murray,
@@ -292,7 +299,11 @@ fn put(whole: TempDir, folder: &Path) -> std::io::Result<()> {
 
 /// Makes the wall of a vessel that branches so thin that no element is inside out in any preset, unless its thickness
 /// is given.
-fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
+fn try_wall(
+    folder: &Path,
+    proposal: &mut Proposal,
+    leaves_impossible_out: bool,
+) -> Result<(), Failure> {
     let mut meshed: Vec<(Preset, Option<Domain>)> = PRESETS.map(|preset| (preset, None)).into();
     let mut inside_out_of = |proposal: &Proposal, presets: Range<usize>| -> Result<_, Failure> {
         std::fs::write(folder.join(CASE_FILE), &proposal.text)
@@ -303,7 +314,11 @@ fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
         let advice = match thinnest {
             Some(share) => format!(
                 "even one of {share} of the radius; smoother lines (--smoothing), or fewer of the branches that part there \
-                 (--leave-out), help"
+                 (--leave-out{}), help",
+                match leaves_impossible_out {
+                    true => "",
+                    false => ", or --leave-out-impossible, which chooses them",
+                }
             ),
             None => {
                 "a smaller --thickness, or none, helps (0.05 to 0.2 of the radius are tried then)"
@@ -317,7 +332,8 @@ fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
         ))
     };
     let mut thickness = None;
-    // The first preset has the fewest cells, and the thinnest wall says at once whether there is any.
+    // The first preset has the fewest cells, and the thinnest wall says at once whether there is any: on these cells
+    // first.
     for (untried, presets) in [(0..1, 0..1), (1..PRESETS.len(), 0..PRESETS.len())] {
         let Some(place) = inside_out_of(proposal, untried)? else {
             continue;
@@ -326,8 +342,10 @@ fn try_wall(folder: &Path, proposal: &mut Proposal) -> Result<(), Failure> {
         let Some(share) = std::iter::from_fn(|| thinnest.make_thinner()).last() else {
             return Err(refused(place, thickness));
         };
-        if let Some(place) = inside_out_of(&thinnest, presets.clone())? {
-            return Err(refused(place, Some(share)));
+        for presets in [0..1, presets.clone()] {
+            if let Some(place) = inside_out_of(&thinnest, presets)? {
+                return Err(refused(place, Some(share)));
+            }
         }
         thickness = loop {
             match proposal.make_thinner() {

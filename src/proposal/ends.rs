@@ -12,6 +12,11 @@ const WHOLE: [f64; 2] = [1.0, 100.0];
 const ROUNDED: f64 = 0.01;
 /// The radius at an end is the median over this share of its line.
 const END: f64 = 0.2;
+/// A radius jumps if it is so many times the one before or less than that part of it ...
+const JUMP: f64 = 1.25;
+/// ... and radii scatter if this share of them jumps up, and as many down: a vessel that tapers does not, and a
+/// narrowing is a few points.
+const SCATTER: f64 = 0.1;
 
 /// What is known of the lines, m.
 pub(super) struct Ends {
@@ -23,6 +28,8 @@ pub(super) struct Ends {
     pub radii: Vec<f64>,
     /// Smallest and mean radius of all points.
     pub range: [f64; 2],
+    /// How many radii jump, and of how many, if they scatter.
+    pub scatter: Option<[usize; 2]>,
     /// Length of the longest line.
     pub length: f64,
     /// Share of the flow of each outlet.
@@ -94,6 +101,7 @@ impl Ends {
             all().fold(f64::INFINITY, f64::min),
             all().sum::<f64>() / all().count() as f64,
         ];
+        let scatter = scatter(lines.iter().map(|line| &line.radii[..]));
         files::check_unit(unit, length, radii[0], true)?;
         let mut outlets = format!("for {} in this order", names[1..].join(", "));
         if !input.closed.is_empty() {
@@ -119,6 +127,7 @@ impl Ends {
             shares,
             radii,
             range,
+            scatter,
             length,
         })
     }
@@ -160,6 +169,17 @@ impl ProposalInput {
         let all: Vec<String> = all.map(|path| path.display().to_string()).collect();
         all.join(" --from ")
     }
+}
+
+/// How many radii of these lines jump, and of how many, if they scatter, as those do that are measured in voxels.
+fn scatter<'a>(lines: impl Iterator<Item = &'a [f64]>) -> Option<[usize; 2]> {
+    let [mut up, mut down, mut all] = [0; 3];
+    for pair in lines.flat_map(|radii| radii.windows(2)) {
+        up += usize::from(pair[1] > JUMP * pair[0]);
+        down += usize::from(pair[0] > JUMP * pair[1]);
+        all += 1;
+    }
+    (up.min(down) as f64 > SCATTER * all as f64).then_some([up + down, all])
 }
 
 /// What the branch in a file of its own is called.
@@ -279,4 +299,20 @@ fn shares(
         )));
     }
     Ok(given.iter().map(|share| share / sum).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Radii in voxels jump up and down; a taper between few points and a narrowing do not.
+    #[test]
+    fn radii_in_voxels_scatter() {
+        let voxels = [0.62, 0.31, 0.62, 0.31, 0.31, 0.62, 0.93, 0.62, 0.62, 0.31];
+        assert_eq!(scatter([&voxels[..]].into_iter()), Some([7, 9]));
+        let taper = [3.0, 2.0, 1.2];
+        let mut narrowing = [1.0; 21];
+        (narrowing[9], narrowing[10]) = (0.5, 0.5);
+        assert_eq!(scatter([&taper[..], &narrowing].into_iter()), None);
+    }
 }

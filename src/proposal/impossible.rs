@@ -38,22 +38,26 @@ pub(super) fn of(
     unit: LengthUnit,
     ends: &Ends,
 ) -> Result<Impossible, ProposalError> {
-    let mut best: Result<Impossible, ProposalError> = Err("no line is left".into());
+    let mut best: Option<Impossible> = None;
+    let mut first = None;
     for smoothing in Smoothing::tried(input, ends) {
-        let found = with(input, unit, ends, smoothing);
-        best = match (best, found) {
-            (Ok(best), Ok(found)) if found.value() < best.value() + WORTH => Ok(best),
-            (Ok(best), Err(_)) => Ok(best),
-            (_, found) => found,
-        };
-        if best
-            .as_ref()
-            .is_ok_and(|best| best.share() < WORTH && best.worst > GOOD)
-        {
+        match with(input, unit, ends, smoothing) {
+            Ok(found) => {
+                let worth = |best: &Impossible| found.value() >= best.value() + WORTH;
+                if best.as_ref().is_none_or(worth) {
+                    best = Some(found);
+                }
+            }
+            // What is wrong with smoother lines may come from that.
+            Err(reason) => {
+                first.get_or_insert(reason);
+            }
+        }
+        if (best.as_ref()).is_some_and(|best| best.share() < WORTH && best.worst > GOOD) {
             break;
         }
     }
-    best
+    best.ok_or_else(|| first.unwrap_or_else(|| "no line is left".into()))
 }
 
 /// As [`of`], with lines that are smoothed so.
@@ -75,7 +79,11 @@ fn with(
     let nodes = Rule::gauss_lobatto(NODES).points;
     let flows = ends.lines.iter().map(|(_, share, _)| *share).collect();
     let found = Tree::impossible_ends(&keys, flows, &nodes);
-    let (found, worst) = found.map_err(|mistake| failed(mistake.to_string()))?;
+    let (found, worst) = found.map_err(|mistake| {
+        failed(format!(
+            "{mistake}; there are no ends without which the others have a mesh"
+        ))
+    })?;
     let left_out = found.into_iter().filter_map(|(name, reason)| {
         let (_, share, radius) = ends.lines.iter().find(|(other, ..)| *other == name)?;
         Some((name, *share, *radius, reason.briefly()))

@@ -123,6 +123,8 @@ pub struct ProposalInput {
     pub least_radius: Option<f64>,
     /// Ways of smoothing the lines of a tree that are known to lead to no mesh or no wall, see [`Proposal::way`].
     pub ruled_out: Vec<usize>,
+    /// Ways of smoothing them that are known to lead to a mesh, see [`Proposal::with_mesh`].
+    pub known: Vec<(usize, f64)>,
     /// Whether lines are left out without which the others have a mesh.
     pub leaves_impossible_out: bool,
     /// Shares of the flow of a tree's outlets, if they do not follow from their radii.
@@ -142,7 +144,9 @@ pub struct Proposal {
     pub remarks: Vec<String>,
     /// Which way of smoothing the lines of a tree it takes, if there are more.
     pub way: Option<usize>,
-    /// Those with which the lines have no mesh.
+    /// Those that were tried and with which the lines have a mesh: with its smallest scaled Jacobian.
+    pub with_mesh: Vec<(usize, f64)>,
+    /// Those with which they have none.
     pub without_mesh: Vec<usize>,
 }
 
@@ -242,6 +246,7 @@ impl Proposal {
             files,
             remarks,
             way: None,
+            with_mesh: Vec::new(),
             without_mesh: Vec::new(),
         })
     }

@@ -165,6 +165,7 @@ fn of_ends(
         files,
         remarks,
         way: found.smoothing.way,
+        with_mesh: found.with_mesh,
         without_mesh: found.without_mesh,
     })
 }
@@ -225,12 +226,21 @@ fn few_enough(input: &ProposalInput, unit: LengthUnit, ends: &Ends) -> String {
 struct Meshed {
     text: String,
     smoothing: Smoothing,
-    /// The smallest scaled Jacobian of a cell.
-    worst: f64,
     /// What is to be said of it.
     remarks: Vec<String>,
-    /// The ways of smoothing that were tried before and lead to no mesh.
+    /// The ways of smoothing that were tried and lead to a mesh, with its smallest scaled Jacobian.
+    with_mesh: Vec<(usize, f64)>,
+    /// Those that lead to none.
     without_mesh: Vec<usize>,
+}
+
+/// The best of the ways of smoothing that were tried.
+struct Best {
+    smoothing: Smoothing,
+    /// The smallest scaled Jacobian of a cell.
+    worst: f64,
+    /// Text, case, and the mesh in words, unless only how good it is was known before.
+    case: Option<(String, ResolvedCase, String)>,
 }
 
 /// The case whose lines have a mesh as they are, or the first one with a good one, or else the best, of those smoothed
@@ -247,52 +257,75 @@ fn with_mesh(
         std::fs::copy(path, trial.path().join(name))
             .map_err(|error| ProposalError::Input(format!("{}: {error}", path.display())))?;
     }
-    let mut first = None;
-    let mut best: Option<Meshed> = None;
-    let mut without_mesh = Vec::new();
-    for &smoothing in tried {
+    let made = |smoothing| -> Result<(String, ResolvedCase), ProposalError> {
         let text = text(smoothing);
         let load = |preset| super::load(trial.path(), &text, input, preset);
-        let case = match load(Preset::Paper).and_then(|_| load(Preset::Demo)) {
-            Ok(case) => case,
-            // Smoother lines may leave the surface.
-            Err(ProposalError::Case(_)) if !smoothing.is_none() && tried.len() > 1 => {
-                without_mesh.extend(smoothing.way);
-                continue;
+        let case = load(Preset::Paper).and_then(|_| load(Preset::Demo))?;
+        Ok((text, case))
+    };
+    let mut first = None;
+    let mut best: Option<Best> = None;
+    let (mut with_mesh, mut without_mesh) = (Vec::new(), Vec::new());
+    for &smoothing in tried {
+        let known = input
+            .known
+            .iter()
+            .find(|(way, _)| Some(*way) == smoothing.way);
+        let (worst, case) = if let Some((_, worst)) = known {
+            (*worst, None)
+        } else {
+            let (text, case) = match made(smoothing) {
+                Ok(made) => made,
+                // Smoother lines may leave the surface.
+                Err(ProposalError::Case(_)) if !smoothing.is_none() && tried.len() > 1 => {
+                    without_mesh.extend(smoothing.way);
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            match meshed(&case) {
+                Ok((worst, mesh)) => (worst, Some((text, case, mesh))),
+                Err(mistake) if !mistake.is_of_shape() => return Err(refused(mistake)),
+                Err(mistake) => {
+                    without_mesh.extend(smoothing.way);
+                    first.get_or_insert(mistake);
+                    continue;
+                }
             }
-            Err(error) => return Err(error),
         };
-        match meshed(&case) {
-            Ok((worst, mesh)) => {
-                if best.as_ref().is_none_or(|known| worst > known.worst) {
-                    let (text, elements) = with_elements(&case, text);
-                    best = Some(Meshed {
-                        text,
-                        smoothing,
-                        worst,
-                        remarks: [Some(mesh), elements].into_iter().flatten().collect(),
-                        without_mesh: Vec::new(),
-                    });
-                }
-                if worst > GOOD || smoothing.is_none() {
-                    break;
-                }
-            }
-            Err(mistake) if !mistake.is_of_shape() => return Err(refused(mistake)),
-            Err(mistake) => {
-                without_mesh.extend(smoothing.way);
-                first.get_or_insert(mistake);
-            }
+        with_mesh.extend(smoothing.way.map(|way| (way, worst)));
+        if best.as_ref().is_none_or(|known| worst > known.worst) {
+            best = Some(Best {
+                smoothing,
+                worst,
+                case,
+            });
+        }
+        if worst > GOOD || smoothing.is_none() {
+            break;
         }
     }
-    match (best, first) {
-        (Some(found), _) => Ok(Meshed {
-            without_mesh,
-            ..found
-        }),
-        (None, Some(first)) => Err(refused(first)),
-        (None, None) => Err("all ways of smoothing the lines were tried".into()),
-    }
+    let best = match (best, first) {
+        (Some(best), _) => best,
+        (None, Some(first)) => return Err(refused(first)),
+        (None, None) => return Err("all ways of smoothing the lines were tried".into()),
+    };
+    let (text, case, mesh) = match best.case {
+        Some(found) => found,
+        None => {
+            let (text, case) = made(best.smoothing)?;
+            let (_, mesh) = meshed(&case).map_err(refused)?;
+            (text, case, mesh)
+        }
+    };
+    let (text, elements) = with_elements(&case, text);
+    Ok(Meshed {
+        text,
+        smoothing: best.smoothing,
+        remarks: [Some(mesh), elements].into_iter().flatten().collect(),
+        with_mesh,
+        without_mesh,
+    })
 }
 
 /// That no option is given which only a single vessel has; and the unit of the lines.
@@ -305,9 +338,10 @@ fn only_trees(input: &ProposalInput) -> Result<LengthUnit, ProposalError> {
         ("--radius", input.radius.is_some()),
     ];
     if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
-        let other = match has_branches {
-            true => "",
-            false => ", or choose one line with --branch",
+        let other = match (has_branches, option) {
+            (_, "--radius") => ": the radii of a tree are those along its lines, in the files",
+            (true, _) => "",
+            (false, _) => ", or choose one line with --branch",
         };
         return Err(ProposalError::Input(format!(
             "{option} is for a single vessel, and --from {} has several ends: leave it out{other}",
@@ -381,6 +415,14 @@ fn figures(
         remarks.push(super::turbulent());
     }
     remarks.extend(plausible);
+    // A surface says how wide the lumen is.
+    let scatter = ends.scatter.filter(|_| input.lumen.is_none());
+    remarks.extend(scatter.map(|[jump, all]| {
+        format!(
+            "warning: the radii of the lines scatter, as radii in voxels do: {jump} of {all} are more than a quarter off from the one \
+             before, and the lumen is as uneven; smooth them in the file, or give the surface (--lumen)"
+        )
+    }));
     let figures = Figures {
         radii: ends.range,
         curve,

@@ -357,7 +357,7 @@ fn what_does_not_fit_a_tree_is_refused() {
         ),
         (
             &["--unit", "mm", "--radius", "3mm"],
-            "--radius is for a single vessel",
+            "leave it out: the radii of a tree are those along its lines",
         ),
         (
             &["--unit", "mm", "--lumen", "none.stl"],
@@ -575,6 +575,19 @@ fn ends_that_have_no_mesh_can_be_left_out() {
         "{error}"
     );
     assert!(!here.join("c").exists());
+    // Of two ends none can be left out, and the reason is that of the lines as they are.
+    let two = [&from[..], &["--leave-out", "outlet1"]].concat();
+    let reasons = [&two[..], &[&two[..], &["--leave-out-impossible"]].concat()].map(|arguments| {
+        let output = driver(here, arguments);
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8(output.stderr).unwrap()
+    });
+    let [as_they_are, left_out] = reasons.each_ref().map(|reason| reason.split("; ").next());
+    assert_eq!(as_they_are, left_out);
+    assert!(
+        reasons[1].contains("; there are no ends without which the others have a mesh"),
+        "{reasons:?}"
+    );
     let said = succeeds(here, &[&from[..], &["--leave-out-impossible"]].concat());
     println!("{said}");
     assert!(

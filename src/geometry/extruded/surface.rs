@@ -7,6 +7,9 @@ use rayon::prelude::*;
 use rstar::RTree;
 use std::collections::{BTreeMap, HashMap};
 
+/// Points whose balls are found one after the other.
+const IN_TURN: usize = 64;
+
 /// Why a wall cannot grow from the patches.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SurfaceError {
@@ -211,21 +214,26 @@ impl WetQuads {
         let largest = (points.iter())
             .map(|x| (x - points[0]).norm())
             .fold(0.0, f64::max);
-        let radius = |(x, n): (&Vec3, &Vec3)| {
+        let radius = |x: &Vec3, n: &Vec3, touched: &mut Option<Vec3>| {
             let touching = |y: &Vec3| {
                 let d = y - x;
                 let depth = -d.dot(n);
                 // Of two points on a ball with the normal n at x: |d|² = 2 r depth.
                 (depth > 1e-9 * d.norm()).then(|| d.norm_squared() / (2.0 * depth))
             };
-            let mut radius = largest;
-            let mut is_touched = false;
+            let known = touched.as_ref().and_then(touching);
+            let known = known.filter(|radius| *radius < largest);
+            let (mut radius, mut is_touched) = (known.unwrap_or(largest), known.is_some());
             loop {
                 let centre = x - n * radius;
                 let nearest = tree.nearest_neighbor([centre.x, centre.y, centre.z]);
-                let smaller = nearest.and_then(|y| touching(&Vec3::from(*y)));
+                let nearest = nearest.map(|y| Vec3::from(*y));
+                let smaller = nearest.as_ref().and_then(touching);
                 match smaller.filter(|smaller| *smaller < radius) {
-                    Some(smaller) => (radius, is_touched) = (smaller, true),
+                    Some(smaller) => {
+                        (radius, is_touched) = (smaller, true);
+                        *touched = nearest;
+                    }
                     None if is_touched => return radius,
                     // So flat that its ball is larger than the surface, or open.
                     None => {
@@ -235,7 +243,15 @@ impl WetQuads {
                 }
             }
         };
-        let pairs = points.par_iter().zip(normals);
-        pairs.map(radius).collect()
+        // What the ball of a point touches is near what that of the next one does: a ball that touches it is hardly too
+        // large. One that is as large as the vessel shrinks often, and what is nearest to a place far away is found
+        // slowly.
+        let in_turn = |(points, normals): (&[Vec3], &[Vec3])| -> Vec<f64> {
+            let mut touched = None;
+            let pairs = points.iter().zip(normals);
+            pairs.map(|(x, n)| radius(x, n, &mut touched)).collect()
+        };
+        let groups = points.par_chunks(IN_TURN).zip(normals.par_chunks(IN_TURN));
+        groups.flat_map_iter(in_turn).collect()
     }
 }

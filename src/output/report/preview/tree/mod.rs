@@ -22,6 +22,8 @@ use drawing::Drawing;
 /// Places of the mesh that are pointed out, and how far they lie apart, in radii.
 const WORST: usize = 5;
 const APART: f64 = 1.0;
+/// Length of the arrow of the flow, in radii: a vessel that bends farther on would cross a longer one.
+const ARROW: f64 = 6.0;
 
 /// What is drawn.
 struct Drawn<'a> {
@@ -72,7 +74,8 @@ pub fn preview(case: &ResolvedCase, keys: &TreeKeys, name: &str) -> std::io::Res
     };
     let image = solid.pixels(&view, PIXELS);
     let root = &drawn.tree.stacks()[0];
-    let ends = [0, (root.sections.len() - 1) / 2].map(|i| root.sections[i].centre);
+    let centres: Vec<Vec3> = root.sections.iter().map(|section| section.centre).collect();
+    let ends = [centres[0], arrow_ends(&centres, ARROW * radius(root, 0))];
     let marked = drawn.worst.iter().enumerate();
     let marked: Vec<(usize, Vec3)> = marked.map(|(i, (_, x, _))| (i + 1, *x)).collect();
     let overlay = Overlay {
@@ -92,6 +95,19 @@ pub fn preview(case: &ResolvedCase, keys: &TreeKeys, name: &str) -> std::io::Res
         png,
         svg: super::cross_section::side_by_side(&sections),
     })
+}
+
+/// Where an arrow along the beginning of a branch with these centres (m) ends: half-way at most, and within a `reach`
+/// (m) of where it begins, along the branch.
+fn arrow_ends(centres: &[Vec3], reach: f64) -> Vec3 {
+    let mut length = 0.0;
+    let pieces = centres.windows(2).take((centres.len() - 1) / 2);
+    let is_near = |piece: &&[Vec3]| {
+        length += (piece[1] - piece[0]).norm();
+        length <= reach
+    };
+    let within = pieces.take_while(is_near).count();
+    centres[within.max(1)]
 }
 
 /// Mean radius (m) of a cross-section of a branch.
@@ -333,5 +349,24 @@ impl Drawn<'_> {
         };
         let heads = ["branch", "length / mm", "radius / mm", along];
         table(&heads, &rows.collect::<Vec<_>>())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Along a vessel that turns back the arrow keeps to its beginning; along a short one it ends half-way.
+    #[test]
+    fn the_arrow_of_the_flow_keeps_to_the_beginning() {
+        let at = |i: usize| match i {
+            0..=20 => Vec3::new(i as f64, 0.0, 0.0),
+            _ => Vec3::new(40.0 - i as f64, 1.0, 0.0),
+        };
+        let centres: Vec<Vec3> = (0..=40).map(at).collect();
+        assert_eq!(arrow_ends(&centres, 6.0), at(6));
+        assert_eq!(arrow_ends(&centres[..=8], 6.0), at(4));
+        // Sections that are farther apart than the arrow is long.
+        assert_eq!(arrow_ends(&centres[..=8], 0.5), at(1));
     }
 }
