@@ -2,10 +2,10 @@
 
 use super::opening::{ConditionKeys, Opening, VesselSide, prescribe_shares};
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
-use super::table::table;
+use super::table::{choice, table};
 use super::tree_lumen::MOST_TRIANGLES;
 use super::vessel::MOST_POINTS;
-use super::{LengthUnit, NativeTimeScheme, OwnCase, TableError};
+use super::{BumpProfile, LengthUnit, NativeTimeScheme, OwnCase, TableError};
 use crate::Vec3;
 use crate::curve::{CentreLine, Partings};
 use serde::{Deserialize, Serialize};
@@ -60,6 +60,45 @@ table! {
         [native: Option<TreeElements>, "the driver's own elements in the lumen", only NATIVE]
         [line: Option<Vec<TreeLine>>, "centre-lines in place of that file: points of the case, or a file for each branch"]
         [opening: Option<Vec<TreeOpening>>, "what is prescribed at the openings"]
+        [feature: Option<Vec<TreeFeature>>, "narrowings and widenings of branches"]
+    }
+}
+
+choice! {
+    /// A part of a branch that is narrower or wider than the lines and the surface say.
+    pub enum TreeFeature by "feature", "what is there" {
+        /// A narrowing that thickens the wall inward.
+        Stenosis = "stenosis" {
+            branch: String = "branch", ValueKind::Text(30), "the branch that it is on: one with an opening of its own, by its name";
+            at: f64 = "at_m", from(0.0, 10.0), "arc length along that branch of its middle";
+            length: f64 = "length_m", above(0.0, 10.0), "its length; with a Gaussian profile four standard deviations";
+            area_reduction: f64 = "area_reduction", above(0.0, 0.99), "share of the lumen's area that is lost in the middle";
+            profile: Option<BumpProfile> = "profile", ValueKind::Word(BumpProfile::WORDS), "how it begins and ends", absent "cosine";
+        }
+        /// A widening with the whole wall.
+        Aneurysm = "aneurysm" {
+            branch: String = "branch", ValueKind::Text(30), "the branch that it is on: one with an opening of its own, by its name";
+            at: f64 = "at_m", from(0.0, 10.0), "arc length along that branch of its middle";
+            length: f64 = "length_m", above(0.0, 10.0), "its length; with a Gaussian profile four standard deviations";
+            growth: f64 = "growth_m", above(0.0, 0.1), "growth of the lumen's radius in the middle";
+            profile: Option<BumpProfile> = "profile", ValueKind::Word(BumpProfile::WORDS), "how it begins and ends", absent "cosine";
+        }
+    }
+}
+
+impl TreeFeature {
+    /// The branch that it is on.
+    pub fn branch(&self) -> &str {
+        match self {
+            Self::Stenosis { branch, .. } | Self::Aneurysm { branch, .. } => branch,
+        }
+    }
+
+    /// Arc length (m) along that of its middle.
+    pub fn at(&self) -> f64 {
+        match self {
+            Self::Stenosis { at, .. } | Self::Aneurysm { at, .. } => *at,
+        }
     }
 }
 

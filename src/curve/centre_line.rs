@@ -209,6 +209,18 @@ impl CentreLine {
         }
     }
 
+    /// The same line with the radii (m) that a function has of the arc length and the radius (m) of each sample.
+    pub fn with_radii(&self, radius: impl Fn(f64, f64) -> f64) -> Self {
+        let radii = self.s.iter().zip(&self.radii);
+        Self {
+            is_closed: self.is_closed,
+            ..Self::sampled(
+                self.points.clone(),
+                radii.map(|(s, r)| radius(*s, *r)).collect(),
+            )
+        }
+    }
+
     /// Length, m.
     pub fn length(&self) -> f64 {
         self.s[self.s.len() - 1]

@@ -100,14 +100,24 @@ impl Bump {
         }
     }
 
-    /// By how much the lumen of the radius `r` (m) is narrower at `s` (m) and `phi`, m.
-    fn depth(&self, s: f64, phi: f64, r: f64) -> f64 {
+    /// By how much the radius `r` (m) is larger at `s` (m), m.
+    fn change(&self, s: f64, r: f64) -> f64 {
         let shape = self.shape(s);
-        let change = match self.change {
+        match self.change {
             // The radius of the narrowed circle, so that the middle has exactly the area that is left.
             Change::Stenosis(reduction) => -r * (1.0 - (1.0 - reduction).sqrt()) * shape,
             Change::Aneurysm(growth) => growth * shape,
-        };
+        }
+    }
+
+    /// The radius (m) at `s` (m) of circles that have the radius `r` (m) without it.
+    pub(super) fn radius(&self, s: f64, r: f64) -> f64 {
+        r + self.change(s, r)
+    }
+
+    /// By how much the lumen of the radius `r` (m) is narrower at `s` (m) and `phi`, m.
+    fn depth(&self, s: f64, phi: f64, r: f64) -> f64 {
+        let change = self.change(s, r);
         let (radius, off) = (r + change, self.eccentricity * change.abs());
         let psi = phi - self.side;
         // A circle whose centre lies off by that, in polar coordinates.

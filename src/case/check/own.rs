@@ -80,6 +80,12 @@ fn around_own_mesh(own: &OwnCase, tree: &TreeKeys, report: &mut Report<'_>) {
         "what is prescribed at the openings stands in the OpenFOAM case: leave out [[tree.opening]]".into(),
     );
     report(
+        &["tree.feature[0]"],
+        tree.feature.is_some(),
+        "the mesh of the OpenFOAM case says how wide the lumen is: leave out [[tree.feature]]"
+            .into(),
+    );
+    report(
         &["wall.file.mesh"],
         own.wall.file.is_some(),
         "the table [tree] describes the wall: leave out [wall.file], or [tree]".into(),

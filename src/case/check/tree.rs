@@ -39,7 +39,23 @@ pub(super) fn check_vessel(tree: &TreeKeys, report: &mut Report<'_>) -> bool {
     places(tree, report);
     surface(tree, report);
     names(tree, report);
+    features(tree, report);
     true
+}
+
+/// Whether the branches of features are known.
+fn features(tree: &TreeKeys, report: &mut Report<'_>) {
+    let ends = tree.names();
+    for (i, feature) in tree.feature.iter().flatten().enumerate() {
+        report(
+            &[&format!("tree.feature[{i}].branch")],
+            !ends.iter().any(|end| end == feature.branch()),
+            format!(
+                "expected a branch with an end of its own, one of \"{}\"",
+                ends.join("\", \"")
+            ),
+        );
+    }
 }
 
 /// Whether all that is prescribed begins under the pressure of the wall's equilibrium.

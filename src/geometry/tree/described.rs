@@ -40,6 +40,7 @@ impl TreeMistake {
     fn new(keys: &TreeKeys, error: TreeError) -> Self {
         let (text, key) = match (keys.off_centre(), &error) {
             (_, TreeError::Surface(_)) => (error.to_string(), "tree.lumen_triangles"),
+            (_, TreeError::Beyond(..)) => (error.to_string(), "tree.feature"),
             (Some(cause), _) => (
                 format!("{cause}; there is no mesh: {}", error.briefly()),
                 "tree.lumen",
@@ -230,7 +231,7 @@ fn lumen(keys: &TreeKeys) -> Result<Lumen, TreeError> {
         let closed = lines.iter_mut().filter(|line| line.is_closed);
         closed.for_each(|line| *line = within_dome(line, surface));
     }
-    Ok(Lumen::new(lines, surface))
+    Lumen::new(lines, surface).with_features(keys)
 }
 
 /// A closed line as far as the middle of the dome at its end: beyond that the surface comes nearer along it.
@@ -255,7 +256,7 @@ fn within_dome(line: &CentreLine, surface: &SurfaceSearch) -> CentreLine {
 }
 
 /// Usual or given cells, and their length in radii.
-fn cell_grid(keys: &TreeKeys) -> (SectionGrid, f64) {
+pub(super) fn cell_grid(keys: &TreeKeys) -> (SectionGrid, f64) {
     let grid = SectionGrid::of_cells(
         keys.core.unwrap_or(6),
         keys.radial.unwrap_or(5),

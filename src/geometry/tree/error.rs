@@ -55,6 +55,12 @@ pub enum TreeError {
     /// The worst cell, at this place (m), has this scaled Jacobian.
     #[error("at {} a cell is nearly flat, its scaled Jacobian is {:.2}", shown(.0), .1)]
     Flat(Vec3, f64),
+    /// A feature of the branch of this name, so far (m) along it, which is so long (m).
+    #[error(
+        "the middle of what is at at_m = {1:?} on the branch {0:?} lies beyond its end: it is {2:.4} m long, from the middle of the \
+         junction on"
+    )]
+    Beyond(String, f64, f64),
     /// The triangles of the surface make none.
     #[error("the surface of the lumen: {0}")]
     Surface(crate::files::Fault),
@@ -157,6 +163,7 @@ impl TreeError {
             | Self::InsideOut(x)
             | Self::Flat(x, _)
             | Self::TwoTrees(x) => Some(*x),
+            Self::Beyond(..) => None,
             Self::Parting(parted, _) => Some(parted.place),
             Self::Surface(_) => None,
         }

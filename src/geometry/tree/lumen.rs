@@ -26,6 +26,8 @@ pub struct Lumen {
     pub lines: Vec<CentreLine>,
     /// Its wall, if that is not the union of the tubes around these lines.
     pub surface: Option<Arc<SurfaceSearch>>,
+    /// The lines without the case's features; none if it has none.
+    pub(super) without_features: Vec<CentreLine>,
     /// Which lines are no part of it.
     pub(super) left_out: Vec<bool>,
 }
@@ -46,6 +48,7 @@ impl Lumen {
     pub fn new(lines: Vec<CentreLine>, surface: Option<Arc<SurfaceSearch>>) -> Self {
         Self {
             left_out: vec![false; lines.len()],
+            without_features: Vec::new(),
             lines,
             surface,
         }

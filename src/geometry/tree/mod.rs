@@ -12,6 +12,7 @@ mod choice;
 mod described;
 mod divide;
 mod error;
+mod feature;
 mod junction;
 mod lumen;
 mod meeting;

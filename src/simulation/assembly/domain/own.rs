@@ -352,8 +352,14 @@ fn extruded(
     let surface = WetQuads::new(fluid, &own.wall_patches());
     let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
     let along = potential(case, own, extrusion, fluid, &surface)?;
-    let with =
-        |lumen, passes| extruded_with(own, extrusion, (&surface, lumen), along.as_deref(), passes);
+    // What a stenosis narrows thickens the wall inward, all layers in proportion.
+    let of_features = lumen.filter(|lumen| lumen.has_features());
+    let lost = of_features.map(|lumen| {
+        let points = surface.quads.points.par_iter();
+        points.map(|x| lumen.lost(x)).collect::<Vec<f64>>()
+    });
+    let given = [along.as_deref(), lost.as_deref()];
+    let with = |lumen, passes| extruded_with(own, extrusion, (&surface, lumen), given, passes);
     let given = extrusion.smoothing.map(|given| vec![given]);
     let averages = match (given, &own.tree) {
         (Some(given), _) => given,
@@ -454,7 +460,7 @@ fn extruded_with(
     own: &OwnCase,
     extrusion: &Extrusion,
     (surface, lumen): (&WetQuads, Option<&Lumen>),
-    along: Option<&[f64]>,
+    [along, lost]: [Option<&[f64]>; 2],
     passes: usize,
 ) -> Result<HexMesh, DomainError> {
     let wall = &own.wall;
@@ -488,9 +494,18 @@ fn extruded_with(
         }
     }
     let thickness = |layer: usize| {
-        surface.by_patch(|patch, point| match layers[patch].shares.get(layer) {
-            Some(share) => share * radii[point] * factors[point],
-            None => layers[patch].thicknesses[layer] * factors[point],
+        surface.by_patch(|patch, point| {
+            let lost = lost.map_or(0.0, |lost| lost[point]);
+            let layers = &layers[patch];
+            let (size, all) = match layers.shares.get(layer) {
+                Some(share) => (share * (radii[point] + lost), layers.shares),
+                None => (layers.thicknesses[layer], layers.thicknesses),
+            };
+            let thicker = match lost > 0.0 {
+                true => lost * all[layer] / all.iter().sum::<f64>(),
+                false => 0.0,
+            };
+            (size + thicker) * factors[point]
         })
     };
     let region = |name: &String| {
