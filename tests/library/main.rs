@@ -51,6 +51,7 @@ mod solid_static;
 mod solid_support;
 mod tissue;
 mod transfer;
+mod tree_features;
 mod tree_files;
 mod tree_shapes;
 mod tree_supports;

@@ -4,7 +4,7 @@ use super::described::cell_grid;
 use super::{Lumen, Tree, TreeError};
 use crate::Vec3;
 use crate::case::{self, TreeFeature, TreeKeys};
-use crate::curve::Foot;
+use crate::curve::{CentreLine, Foot};
 use crate::geometry::feature::Bump;
 use crate::polydata::{Surface, SurfaceSearch};
 use std::sync::Arc;
@@ -73,13 +73,13 @@ impl Lumen {
         }
         let mut lumen = Self {
             lines,
-            without_features: self.lines,
+            plain: self.lines,
             ..self
         };
         if let Some(search) = &lumen.surface {
             let surface = search.surface();
             let moved = surface.points().iter().map(|x| {
-                let (centre, share) = lumen.narrowed(x);
+                let (centre, share) = lumen.scaled(x);
                 centre + (x - centre) * share
             });
             let triangles = (0..surface.triangles()).map(|i| surface.triangle(i));
@@ -92,19 +92,36 @@ impl Lumen {
 
     /// Whether the case has features.
     pub fn has_features(&self) -> bool {
-        !self.without_features.is_empty()
+        !self.plain.is_empty()
     }
 
-    /// How far (m) a place of the wall lies further inside than without features; 0 where it is further out.
-    pub fn lost(&self, x: &Vec3) -> f64 {
-        let (centre, share) = self.narrowed(x);
-        ((x - centre).norm() * (1.0 / share - 1.0)).max(0.0)
+    /// The lines with their radii without features.
+    pub(super) fn lines_without_features(&self) -> &[CentreLine] {
+        match self.has_features() {
+            true => &self.plain,
+            false => &self.lines,
+        }
     }
 
-    /// The centre of the cross-section next to a place, m, and its radius relative to that without features.
-    fn narrowed(&self, x: &Vec3) -> (Vec3, f64) {
-        let feet = self.without_features.iter().zip(&self.lines);
-        let feet = feet.map(|(before, line)| (before.foot(x), line));
+    /// Where a place (m) would be without features, and its distance from the centre relative to that there.
+    pub(super) fn without_features(&self, x: &Vec3) -> (Vec3, f64) {
+        let (centre, share) = self.scaled(x);
+        match share == 1.0 {
+            true => (*x, 1.0),
+            false => (centre + (x - centre) / share, share),
+        }
+    }
+
+    /// Where a place of the wall (m) would be without what narrows the lumen there.
+    pub fn without_narrowing(&self, x: &Vec3) -> Vec3 {
+        let (healthy, share) = self.without_features(x);
+        if share < 1.0 { healthy } else { *x }
+    }
+
+    /// The centre of the cross-section that a place is in, m, and its radius relative to that without features.
+    fn scaled(&self, x: &Vec3) -> (Vec3, f64) {
+        let feet = self.plain.iter().zip(&self.lines);
+        let feet = feet.map(|(plain, line)| (plain.foot(x), line));
         let off = |foot: &Foot| foot.distance - foot.radius;
         let nearest = feet.min_by(|(a, _), (b, _)| off(a).total_cmp(&off(b)));
         nearest.map_or((*x, 1.0), |(foot, line)| {

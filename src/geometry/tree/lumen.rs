@@ -27,7 +27,7 @@ pub struct Lumen {
     /// Its wall, if that is not the union of the tubes around these lines.
     pub surface: Option<Arc<SurfaceSearch>>,
     /// The lines without the case's features; none if it has none.
-    pub(super) without_features: Vec<CentreLine>,
+    pub(super) plain: Vec<CentreLine>,
     /// Which lines are no part of it.
     pub(super) left_out: Vec<bool>,
 }
@@ -48,7 +48,7 @@ impl Lumen {
     pub fn new(lines: Vec<CentreLine>, surface: Option<Arc<SurfaceSearch>>) -> Self {
         Self {
             left_out: vec![false; lines.len()],
-            without_features: Vec::new(),
+            plain: Vec::new(),
             lines,
             surface,
         }
@@ -112,9 +112,11 @@ impl Near<'_> {
     /// their surfaces point apart, not where they coincide: over `k = FILLET r (1 - n_a · n_b)/2` by
     /// `min(a, b) - max(k - |a - b|, 0)²/(4 k)`.
     pub fn value(&self, x: &Vec3) -> f64 {
+        let (x, share) = self.lumen.without_features(x);
+        let lines = self.lumen.lines_without_features();
         let mut all: Vec<(f64, Vec3, f64)> = Vec::with_capacity(self.ranges.len());
         for (line, range) in &self.ranges {
-            let foot = self.lumen.lines[*line].foot_near(x, range.clone());
+            let foot = lines[*line].foot_near(&x, range.clone());
             let normal = (x - foot.centre) / foot.distance.max(1e-300);
             all.push((foot.distance - foot.radius, normal, foot.radius));
         }
@@ -133,7 +135,7 @@ impl Near<'_> {
                 }
             }
         }
-        nearest - blend
+        share * (nearest - blend)
     }
 
     /// Where the wall is, seen from a place (m) inside along a unit vector; none if there is none.
@@ -158,12 +160,14 @@ impl Near<'_> {
         if let Some(surface) = &self.lumen.surface {
             return Some(surface.nearest(x));
         }
+        let (x, share) = self.lumen.without_features(x);
+        let lines = self.lumen.lines_without_features();
         let feet = self.ranges.iter();
-        let feet = feet.map(|(line, range)| self.lumen.lines[*line].foot_near(x, range.clone()));
+        let feet = feet.map(|(line, range)| lines[*line].foot_near(&x, range.clone()));
         let off = |foot: &Foot| foot.distance - foot.radius;
         let foot = feet.min_by(|a, b| off(a).total_cmp(&off(b)))?;
         let arm = x - foot.centre;
-        (foot.distance > 0.0).then(|| foot.centre + arm * (foot.radius / foot.distance))
+        (foot.distance > 0.0).then(|| foot.centre + arm * (share * foot.radius / foot.distance))
     }
 
     /// The place of the wall next to one (m), along a unit vector across it or, on a surface from a file, the nearest

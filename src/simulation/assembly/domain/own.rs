@@ -352,14 +352,17 @@ fn extruded(
     let surface = WetQuads::new(fluid, &own.wall_patches());
     let surface = surface.map_err(|e| DomainError::new("fluid.patches", e))?;
     let along = potential(case, own, extrusion, fluid, &surface)?;
-    // What a stenosis narrows thickens the wall inward, all layers in proportion.
+    // What a stenosis narrows thickens the wall inward: it grows from where it would without, and its outer side stays.
     let of_features = lumen.filter(|lumen| lumen.has_features());
-    let lost = of_features.map(|lumen| {
-        let points = surface.quads.points.par_iter();
-        points.map(|x| lumen.lost(x)).collect::<Vec<f64>>()
+    let healthy = of_features.map(|lumen| {
+        let mut healthy = surface.clone();
+        let points = healthy.quads.points.par_iter_mut();
+        points.for_each(|x| *x = lumen.without_narrowing(x));
+        healthy
     });
-    let given = [along.as_deref(), lost.as_deref()];
-    let with = |lumen, passes| extruded_with(own, extrusion, (&surface, lumen), given, passes);
+    let surfaces = [&surface, healthy.as_ref().unwrap_or(&surface)];
+    let with =
+        |lumen, passes| extruded_with(own, extrusion, (surfaces, lumen), along.as_deref(), passes);
     let given = extrusion.smoothing.map(|given| vec![given]);
     let averages = match (given, &own.tree) {
         (Some(given), _) => given,
@@ -459,13 +462,13 @@ impl Domain {
 fn extruded_with(
     own: &OwnCase,
     extrusion: &Extrusion,
-    (surface, lumen): (&WetQuads, Option<&Lumen>),
-    [along, lost]: [Option<&[f64]>; 2],
+    ([surface, healthy], lumen): ([&WetQuads; 2], Option<&Lumen>),
+    along: Option<&[f64]>,
     passes: usize,
 ) -> Result<HexMesh, DomainError> {
     let wall = &own.wall;
     let patches = own.wall_patches();
-    let normals = surface.normals(passes);
+    let normals = healthy.normals(passes);
     let points = &surface.quads.points;
     let factors = match &extrusion.factors {
         None => vec![1.0; points.len()],
@@ -480,7 +483,7 @@ fn extruded_with(
         .collect();
     let mut radii = Vec::new();
     if layers.iter().any(|layers| !layers.shares.is_empty()) {
-        radii = surface.radii(&normals);
+        radii = healthy.radii(&normals);
         if let Some(flat) = radii.iter().position(|radius| !radius.is_finite()) {
             let x = points[flat];
             return Err(DomainError {
@@ -495,17 +498,17 @@ fn extruded_with(
     }
     let thickness = |layer: usize| {
         surface.by_patch(|patch, point| {
-            let lost = lost.map_or(0.0, |lost| lost[point]);
             let layers = &layers[patch];
             let (size, all) = match layers.shares.get(layer) {
-                Some(share) => (share * (radii[point] + lost), layers.shares),
+                Some(share) => (share * radii[point], layers.shares),
                 None => (layers.thicknesses[layer], layers.thicknesses),
             };
+            let lost = (healthy.quads.points[point] - points[point]).norm();
             let thicker = match lost > 0.0 {
                 true => lost * all[layer] / all.iter().sum::<f64>(),
                 false => 0.0,
             };
-            (size + thicker) * factors[point]
+            size * factors[point] + thicker
         })
     };
     let region = |name: &String| {
