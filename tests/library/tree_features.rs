@@ -58,9 +58,8 @@ fn off(all: &[(f64, f64)], expected: impl Fn(f64) -> f64) -> f64 {
 
 /// A feature of the example Y's left branch, whose radius is 2.4 mm, in the middle of what is beyond the junction.
 fn feature(word: &str, size: &str) -> String {
-    format!(
-        "[[tree.feature]]\nfeature = \"{word}\"\nbranch = \"left\"\nat_m = 8e-3\nlength_m = 8e-3\n{size}"
-    )
+    let place = "branch = \"left\"\nat_m = 8e-3\nlength_m = 8e-3";
+    format!("[[tree.feature]]\nfeature = \"{word}\"\n{place}\n{size}")
 }
 
 /// The radius of that branch if its middle has this one (m).
@@ -69,8 +68,8 @@ fn radius(s: f64, middle: f64) -> f64 {
     2.4e-3 + (middle - 2.4e-3) * 0.5 * (1.0 + (TAU * u).cos())
 }
 
-/// The lumen has the radius that is asked for, and a stenosis leaves the outer side of the wall where it is; an aneurysm
-/// takes the whole wall with it. The other branch stays as it is. Next to the junction, the outer side is 0.9 % off.
+/// The lumen has the radius that is asked for. A stenosis leaves the outer side of the wall where it is, an aneurysm
+/// takes the whole wall with it. Next to the junction the outer side is 0.9 % off.
 #[test]
 fn branches_are_narrower_and_wider() {
     let stenosis = feature("stenosis", "area_reduction = 0.75");
@@ -102,7 +101,7 @@ fn branches_are_narrower_and_wider() {
     assert!((0.6e-3..0.75e-3).contains(&thickness), "{thickness}");
 }
 
-/// What is wrong is told with its key.
+/// Wrong keys are refused, with what is allowed.
 #[test]
 fn features_that_are_nowhere_are_refused() {
     let stenosis = feature("stenosis", "area_reduction = 0.75");
