@@ -23,10 +23,13 @@ const WIDEST: f64 = 0.85;
 /// ... by the cosine of the angle that it turns.
 const STRAIGHT: f64 = 0.5;
 /// A thin one meets the other as an equal if the scaled Jacobian of all cells is above this; else the better one of the
-/// two ways counts. Of several shapes of a thin one, the first one above it ...
+/// two ways counts ...
 const GOOD: f64 = 0.3;
 /// ... if it is better than this.
 const LEAST: f64 = 0.02;
+/// Other shapes of a thin branch than the usual one, whose cells are larger, are tried where that is worse than this,
+/// until one is good.
+const POOR: f64 = 0.2;
 /// How much of the lines is meshed to find that out, in radii upstream and downstream.
 const AROUND: f64 = 10.0;
 
@@ -129,7 +132,8 @@ impl Meeting {
                 (Err(error), _) if number == 0 => best = Err(error),
                 (Err(_), _) => {}
             }
-            if best.as_ref().is_ok_and(|(quality, _)| *quality > GOOD) {
+            let enough = if number == 0 { POOR } else { GOOD };
+            if best.as_ref().is_ok_and(|(quality, _)| *quality > enough) {
                 break;
             }
         }

@@ -29,7 +29,7 @@ pub struct Shape {
     pub cut: f64,
 }
 
-/// What is tried, in this order, until one is good.
+/// What is tried, in this order: the usual one, and where that is poor the others, until one is good.
 pub const SHAPES: [Shape; 5] = [
     // For branches across their parent.
     Shape {
