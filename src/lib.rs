@@ -32,28 +32,24 @@
 #![warn(clippy::print_stdout, clippy::print_stderr)] // panic where nobody reads: see output::terminal
 
 pub mod analysis;
-pub mod case;
 pub mod commands;
 pub mod coupling;
-pub mod curve;
-pub(crate) mod files;
 pub mod fluid;
 pub mod geometry;
 pub mod hemodynamics;
-pub mod interpolation;
 mod measurement;
 mod numbers;
 pub mod output;
 pub mod paper;
-pub mod polydata;
 pub mod processes;
 pub mod proposal;
 mod run;
 pub mod simulation;
-pub(crate) mod tabular;
-mod uncertainty;
 
-pub use files::{Fault, FileError};
+pub use fsi_case as case;
+pub use fsi_data::files::{Fault, FileError};
+pub use fsi_data::{curve, interpolation, polydata};
+pub(crate) use fsi_data::{files, tabular, uncertainty};
 pub use fsi_numerics::{Mat3, Vec3};
 pub(crate) use fsi_numerics::{lagrange, quadrature};
 pub use fsi_pfem as pfem;

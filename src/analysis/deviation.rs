@@ -32,6 +32,22 @@ impl Deviation {
     pub fn is_large(&self) -> bool {
         self.share > MUCH[0] || self.volume.abs() > MUCH[1]
     }
+
+    /// How far the lumen of a case, as its blood's mesh has it, is from what is described; `None` without a vessel.
+    pub fn of_lumen(case: &Case) -> Option<Self> {
+        let keys = case.vessel()?;
+        let vessel = Vessel::new(keys);
+        Some(match case.fluid.solver {
+            Solver::Native => {
+                let native = &keys.fluid.native;
+                let nodes = Rule::gauss_lobatto(native.degree + 1).points;
+                vessel.deviation(&vessel.spans(native), &nodes)
+            }
+            Solver::OpenFoam | Solver::External => {
+                vessel.deviation(&vessel.spans(&keys.fluid.mesh), &[-1.0, 1.0])
+            }
+        })
+    }
 }
 
 impl Vessel {
@@ -75,24 +91,6 @@ impl Vessel {
     }
 }
 
-impl Case {
-    /// How far the lumen of its blood's mesh is from what it describes; `None` without a vessel.
-    pub fn lumen_deviation(&self) -> Option<Deviation> {
-        let keys = self.vessel()?;
-        let vessel = Vessel::new(keys);
-        Some(match self.fluid.solver {
-            Solver::Native => {
-                let native = &keys.fluid.native;
-                let nodes = Rule::gauss_lobatto(native.degree + 1).points;
-                vessel.deviation(&vessel.spans(native), &nodes)
-            }
-            Solver::OpenFoam | Solver::External => {
-                vessel.deviation(&vessel.spans(&keys.fluid.mesh), &[-1.0, 1.0])
-            }
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,10 +102,8 @@ mod tests {
             .iter()
             .map(|(key, value)| ((*key).into(), (*value).into()))
             .collect();
-        Case::load(&case, Preset::Coarse, &set)
-            .unwrap()
-            .lumen_deviation()
-            .unwrap()
+        let case = Case::load(&case, Preset::Coarse, &set).unwrap();
+        Deviation::of_lumen(&case).unwrap()
     }
 
     /// A jump of the radius is a cone in both fluids meshes and a blend is met.

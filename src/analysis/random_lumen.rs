@@ -62,128 +62,126 @@ fn with_and_without(vessel: &BloodVessel) -> Option<(Vessel, Vessel, &RandomLume
     Some((Vessel::new(vessel), Vessel::new(&smooth), keys))
 }
 
-impl Case {
-    /// Figures of its random lumen, if it has one.
-    pub fn random_lumen_figures(&self) -> Option<RandomLumenFigures> {
-        let (vessel, smooth, keys) = with_and_without(self.vessel()?)?;
-        let field = keys.field()?;
-        let modes = keys.modes.min(field.all());
-        let mut figures = RandomLumenFigures {
-            modes,
-            share: field.shares().iter().sum(),
-            deviation: 0.0,
-            relative: 0.0,
-            change: [0.0; 2],
-        };
-        let single = |k: usize| {
-            let mut amplitudes = vec![0.0; k + 1];
-            amplitudes[k] = 1.0;
-            field.realization(&amplitudes)
-        };
-        let singles: Vec<_> = (0..modes).map(single).collect();
-        for [s, phi] in places(keys) {
-            let values = singles.iter().map(|mode| mode.value(s, phi).powi(2));
-            let deviation = values.sum::<f64>().sqrt();
-            let radius = smooth.lumen_radius(s, phi);
-            let change = vessel.lumen_radius(s, phi) - radius;
-            figures.deviation = figures.deviation.max(deviation);
-            figures.relative = figures.relative.max(deviation / radius);
-            figures.change = [figures.change[0].min(change), figures.change[1].max(change)];
-        }
-        Some(figures)
+/// Figures of the random lumen of a case, if it has one.
+pub fn figures(case: &Case) -> Option<RandomLumenFigures> {
+    let (vessel, smooth, keys) = with_and_without(case.vessel()?)?;
+    let field = keys.field()?;
+    let modes = keys.modes.min(field.all());
+    let mut figures = RandomLumenFigures {
+        modes,
+        share: field.shares().iter().sum(),
+        deviation: 0.0,
+        relative: 0.0,
+        change: [0.0; 2],
+    };
+    let single = |k: usize| {
+        let mut amplitudes = vec![0.0; k + 1];
+        amplitudes[k] = 1.0;
+        field.realization(&amplitudes)
+    };
+    let singles: Vec<_> = (0..modes).map(single).collect();
+    for [s, phi] in places(keys) {
+        let values = singles.iter().map(|mode| mode.value(s, phi).powi(2));
+        let deviation = values.sum::<f64>().sqrt();
+        let radius = smooth.lumen_radius(s, phi);
+        let change = vessel.lumen_radius(s, phi) - radius;
+        figures.deviation = figures.deviation.max(deviation);
+        figures.relative = figures.relative.max(deviation / radius);
+        figures.change = [figures.change[0].min(change), figures.change[1].max(change)];
     }
+    Some(figures)
+}
 
-    /// What is wrong with its random lumen: keys, and a sentence each.
-    pub fn random_lumen_mistakes(&self) -> Vec<(&'static str, String)> {
-        let Problem::Vessel(keys_of_vessel) = &self.problem else {
-            return Vec::new();
-        };
-        let Some((vessel, smooth, keys)) = with_and_without(keys_of_vessel) else {
-            return Vec::new();
-        };
-        let sections = vessel.sections();
-        let ends = [sections[0].from, sections[sections.len() - 1].to];
-        // Lengths are rarely exact in binary.
-        let spare = 1e-9 * (ends[1] - ends[0]);
-        for (key, s) in [
-            ("random_lumen.from_m", keys.from),
-            ("random_lumen.to_m", keys.to),
-        ] {
-            if s < ends[0] - spare || s > ends[1] + spare {
-                let what = format!(
-                    "the vessel reaches from s = {:.6} to {:.6} m, and the field must lie within",
-                    ends[0], ends[1]
-                );
-                return vec![(key, what)];
-            }
+/// What is wrong with the random lumen of a case: keys, and a sentence each.
+pub fn mistakes(case: &Case) -> Vec<(&'static str, String)> {
+    let Problem::Vessel(keys_of_vessel) = &case.problem else {
+        return Vec::new();
+    };
+    let Some((vessel, smooth, keys)) = with_and_without(keys_of_vessel) else {
+        return Vec::new();
+    };
+    let sections = vessel.sections();
+    let ends = [sections[0].from, sections[sections.len() - 1].to];
+    // Lengths are rarely exact in binary.
+    let spare = 1e-9 * (ends[1] - ends[0]);
+    for (key, s) in [
+        ("random_lumen.from_m", keys.from),
+        ("random_lumen.to_m", keys.to),
+    ] {
+        if s < ends[0] - spare || s > ends[1] + spare {
+            let what = format!(
+                "the vessel reaches from s = {:.6} to {:.6} m, and the field must lie within",
+                ends[0], ends[1]
+            );
+            return vec![(key, what)];
         }
-        let mut mistakes = self.unresolved(&vessel, keys_of_vessel, keys);
-        mistakes.extend(closed(&vessel, &smooth, keys));
-        mistakes
     }
+    let mut mistakes = unresolved(case, &vessel, keys_of_vessel, keys);
+    mistakes.extend(closed(&vessel, &smooth, keys));
+    mistakes
+}
 
-    /// Correlation lengths that are too short for the elements.
-    fn unresolved(
-        &self,
-        vessel: &Vessel,
-        meshes: &BloodVessel,
-        keys: &RandomLumen,
-    ) -> Vec<(&'static str, String)> {
-        let (wall, native, cells) = (&meshes.structure, &meshes.fluid.native, &meshes.fluid.mesh);
-        let mut parts = match self.fluid.solver {
-            Solver::Native => vec![(
-                "fluid.native.axial_per_section",
-                "fluid.native.core",
-                vessel.spans(native),
-                4 * native.core,
-                LONGEST[0],
-            )],
-            Solver::OpenFoam | Solver::External => vec![(
-                "fluid.mesh.axial_per_section",
-                "fluid.mesh.core",
-                vessel.spans(cells),
-                4 * cells.core,
-                LONGEST[1],
-            )],
-        };
-        if self.has_elastic_wall() {
-            parts.push((
-                "structure.axial_per_section",
-                "structure.circumferential",
-                vessel.spans(wall),
-                wall.circumferential,
-                LONGEST[0],
-            ));
-        }
-        let mut mistakes = Vec::new();
-        for (along, around, spans, count, longest) in parts {
-            let reached = |span: &&Span| span.to > keys.from && span.from < keys.to;
-            let lengths = spans.iter().filter(reached);
-            let lengths = lengths.map(|span| (span.to - span.from) / span.pieces as f64);
-            let length = lengths.fold(0.0, f64::max);
-            if length > longest * keys.along {
-                let what = format!(
-                    "elements or cells there are {length:.3e} m long ({along}), which resolves {:.3e} m and more: take more of \
-                     them, or a longer correlation length",
-                    length / longest
-                );
-                mistakes.push(("random_lumen.length_along_m", what));
-            }
-            let angle = 360.0 / count as f64;
-            if keys
-                .around_deg
-                .is_some_and(|around| angle > longest * around)
-            {
-                let what = format!(
-                    "{count} elements or cells lie around ({around}), which resolves {:.1} degrees and more: take more of them, \
-                     or a larger angle",
-                    angle / longest
-                );
-                mistakes.push(("random_lumen.angle_around_deg", what));
-            }
-        }
-        mistakes
+/// Correlation lengths that are too short for the elements.
+fn unresolved(
+    case: &Case,
+    vessel: &Vessel,
+    meshes: &BloodVessel,
+    keys: &RandomLumen,
+) -> Vec<(&'static str, String)> {
+    let (wall, native, cells) = (&meshes.structure, &meshes.fluid.native, &meshes.fluid.mesh);
+    let mut parts = match case.fluid.solver {
+        Solver::Native => vec![(
+            "fluid.native.axial_per_section",
+            "fluid.native.core",
+            vessel.spans(native),
+            4 * native.core,
+            LONGEST[0],
+        )],
+        Solver::OpenFoam | Solver::External => vec![(
+            "fluid.mesh.axial_per_section",
+            "fluid.mesh.core",
+            vessel.spans(cells),
+            4 * cells.core,
+            LONGEST[1],
+        )],
+    };
+    if case.has_elastic_wall() {
+        parts.push((
+            "structure.axial_per_section",
+            "structure.circumferential",
+            vessel.spans(wall),
+            wall.circumferential,
+            LONGEST[0],
+        ));
     }
+    let mut mistakes = Vec::new();
+    for (along, around, spans, count, longest) in parts {
+        let reached = |span: &&Span| span.to > keys.from && span.from < keys.to;
+        let lengths = spans.iter().filter(reached);
+        let lengths = lengths.map(|span| (span.to - span.from) / span.pieces as f64);
+        let length = lengths.fold(0.0, f64::max);
+        if length > longest * keys.along {
+            let what = format!(
+                "elements or cells there are {length:.3e} m long ({along}), which resolves {:.3e} m and more: take more of \
+                 them, or a longer correlation length",
+                length / longest
+            );
+            mistakes.push(("random_lumen.length_along_m", what));
+        }
+        let angle = 360.0 / count as f64;
+        if keys
+            .around_deg
+            .is_some_and(|around| angle > longest * around)
+        {
+            let what = format!(
+                "{count} elements or cells lie around ({around}), which resolves {:.1} degrees and more: take more of them, \
+                 or a larger angle",
+                angle / longest
+            );
+            mistakes.push(("random_lumen.angle_around_deg", what));
+        }
+    }
+    mistakes
 }
 
 /// Where the lumen is nearly closed, or a layer of the wall nearly gone.

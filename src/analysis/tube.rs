@@ -2,7 +2,7 @@
 
 use crate::Vec3;
 use crate::case::Material;
-use crate::case::table::words;
+use crate::case::words;
 use crate::geometry::{HexMesh, tube_mesh};
 use crate::pfem::discretization::{Discretization, Options};
 use crate::pfem::element::mapping::{EXACT_DEGREE, MappingKind, lattice};

@@ -2,8 +2,8 @@
 
 use super::keys::Material;
 use super::schema::{ValueKind, above, from};
-use super::table::{table, words};
 use super::{BloodVessel, Case, Problem, Shape};
+use crate::{table, words};
 
 table! {
     /// A graft that is sewn end to end to an artery.

@@ -1,7 +1,7 @@
 //! The keys of the blood, and its viscosity by rate of shear.
 
 use super::schema::{ValueKind, above, from};
-use super::table::{table, words};
+use crate::{table, words};
 pub use fsi_spectral::Rheology;
 
 table! {

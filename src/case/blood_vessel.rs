@@ -1,11 +1,12 @@
 //! The keys of every case with a vessel: its shape and wall, what flows in and out, its surroundings, its meshes.
 
 use super::schema::{KeyTable, Schema, ValueKind, above, from, whole};
-use super::table::{table, words};
 use super::{
     Anastomosis, Case, FluidTimeScheme, Inflow, Inlet, OpeningKeys, Outlet, Problem, ProblemKind,
     RandomLumen, Solver, VesselDescription, WallMode, WallSupport, Windkessel,
 };
+use crate::{table, words};
+use fsi_pfem::supports::{AtRest, Direction};
 use serde::{Deserialize, Serialize};
 
 table! {
@@ -87,6 +88,16 @@ words! {
     }
 }
 
+impl From<TissueDirection> for Direction {
+    fn from(direction: TissueDirection) -> Self {
+        match direction {
+            TissueDirection::Radial => Self::Radial,
+            TissueDirection::Axial => Self::Axial,
+            TissueDirection::All => Self::All,
+        }
+    }
+}
+
 table! {
     /// What holds the ends of the deformable wall.
     pub struct VesselEnds {
@@ -149,6 +160,15 @@ words! {
         Unloaded = "unloaded" (default),
         /// Stretched and under pressure, as images show it.
         Loaded = "loaded",
+    }
+}
+
+impl From<GivenShape> for AtRest {
+    fn from(shape: GivenShape) -> Self {
+        match shape {
+            GivenShape::Unloaded => Self::Reference,
+            GivenShape::Loaded => Self::Loaded,
+        }
     }
 }
 

@@ -238,7 +238,7 @@ fn material(table: &str, material: &Material, report: &mut Report<'_>) {
 impl Material {
     /// What in its parameters makes no sense together: the keys to blame in the table of a file that has them, the
     /// first the one to change, and what would be right.
-    pub(crate) fn nonsense(&self, table: &str) -> Option<([String; 2], String)> {
+    pub fn nonsense(&self, table: &str) -> Option<([String; 2], String)> {
         match self {
             // That of Neo-Hooke's is Lamé's first parameter: Poisson's ratio is positive with any.
             Self::HolzapfelGasserOgden { mu, kappa, .. } if *kappa <= 2.0 / 3.0 * mu => {

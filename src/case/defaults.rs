@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 use toml::Value;
 
 /// The file.
-pub const TEXT: &str = include_str!("../../openfoam-case/defaults.toml");
+pub const TEXT: &str = include_str!("openfoam-case/defaults.toml");
 /// What messages call it.
 pub const SHOWN_AS: &str = "built-in defaults.toml";
 
@@ -162,7 +162,7 @@ fn origin(remark: &str) -> Option<Origin> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::{Case, Preset, ProblemKind};
+    use crate::{Case, Preset, ProblemKind};
     use std::collections::BTreeSet;
     use std::fmt::Write as _;
 
@@ -260,7 +260,7 @@ mod tests {
         ] {
             std::fs::write(file, "").unwrap();
         }
-        let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/vessels");
+        let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/vessels");
         let put = |from: &str, to: &str| {
             std::fs::copy(examples.join(from), folder.path().join(to)).unwrap()
         };

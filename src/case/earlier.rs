@@ -38,7 +38,7 @@ impl Case {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::case::Preset;
+    use crate::Preset;
     use std::path::Path;
 
     /// Settings that came later have their defaults; physics that is not there is an error.

@@ -3,7 +3,7 @@
 
 use super::Material;
 use super::schema::{ValueKind, above, from, whole};
-use super::table::table;
+use crate::table;
 
 table! {
     /// An elastic flag that is clamped to a rigid cylinder in a plane channel, after Turek and Hron, *Proposal for

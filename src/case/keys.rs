@@ -2,8 +2,9 @@
 
 use super::measured::MOST_POINTS;
 use super::schema::{ValueKind, above, from, whole};
-use super::table::{choice, table, words};
+use super::table::choice;
 use super::{Blood, Correlation, OutputMeasure, Problem, Uncertain, templates};
+use crate::{table, words};
 use fsi_coupling::acceleration::AccelerationModel;
 use fsi_coupling::convergence::ConvergenceQuantity;
 use fsi_coupling::predictor::Extrapolation;

@@ -2,7 +2,7 @@
 
 use super::Case;
 use super::schema::{ValueKind, from};
-use super::table::{table, words};
+use crate::{table, words};
 
 table! {
     /// A figure of a run: what a column of one of its tables has within the window.

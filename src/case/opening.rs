@@ -5,11 +5,12 @@
 //! it what fluids know: a flow, a share of a flow, or a pressure `a + b Q`.
 
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join};
-use super::table::{choice, words};
+use super::table::choice;
 use super::{
     BloodVessel, FlowCurve, FlowUnit, Inflow, InletCondition, InletProfile, OutletCondition,
     PressureCurve, PressureUnit, Start, TableError,
 };
+use crate::words;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

@@ -2,9 +2,9 @@
 //! `opening.rs`; curves of pressure, and units.
 
 use super::schema::{ValueKind, above, from};
-use super::table::{table, words};
 use super::{Case, PeriodicTable, TableError};
 use crate::tabular::units::{self, Unit};
+use crate::{table, words};
 use std::path::PathBuf;
 
 table! {

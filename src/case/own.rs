@@ -1,8 +1,9 @@
 //! A user-supplied OpenFOAM case with an elastic wall: `[fluid]` and `[wall]` of such a case.
 
 use super::schema::{ValueKind, above, from, whole};
-use super::table::{choice, table, words};
+use super::table::choice;
 use super::{GivenShape, NamedMaterial, TissueDirection, TreeKeys};
+use crate::{table, words};
 use std::path::PathBuf;
 
 table! {

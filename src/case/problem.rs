@@ -9,13 +9,13 @@ use super::error::CaseError;
 use super::measured::{MOST_POINTS, MeasuredSeries, Measurements, Recorder};
 use super::schema::{KeyTable, Schema};
 use super::stack::{Stack, insert};
-use super::table::words;
 use super::value::shorten;
 use super::{
     Anastomosis, BloodVessel, Case, Flag, Mistake, Output, OwnCase, Shape, TreeKeys,
     VesselDescription, WallMode,
 };
 use crate::files::{Fault, fault};
+use crate::words;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 use toml::Value;

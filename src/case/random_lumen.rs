@@ -1,9 +1,9 @@
 //! The keys of a lumen whose radius is a Gaussian random field: the table `[random_lumen]`.
 
 use super::schema::{ValueKind, above, from, whole};
-use super::table::{table, words};
 use super::{Case, Problem};
 use crate::uncertainty::{Covariance, RandomField};
+use crate::{table, words};
 
 /// Most modes of a field.
 const MOST_MODES: usize = 100;

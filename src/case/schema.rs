@@ -190,7 +190,7 @@ impl Schema {
     }
 
     /// Adds what `describe` does, as keys that are read under these conditions only.
-    pub(crate) fn only(&mut self, conditions: &[&'static Only], describe: impl FnOnce(&mut Self)) {
+    pub fn only(&mut self, conditions: &[&'static Only], describe: impl FnOnce(&mut Self)) {
         let before = self.keys.len();
         describe(self);
         for key in &mut self.keys[before..] {
@@ -209,7 +209,7 @@ impl Schema {
     }
 
     /// Adds a key; one that several choices of a table have becomes one.
-    pub(crate) fn add(&mut self, key: Key) {
+    pub fn add(&mut self, key: Key) {
         match self.by_path.get(&key.path) {
             Some(&i) => {
                 let same = &mut self.keys[i];
@@ -268,18 +268,18 @@ impl Schema {
 }
 
 /// The path of the table that a path stands in.
-pub(crate) fn parent(path: &str) -> &str {
+pub fn parent(path: &str) -> &str {
     path.rsplit_once('.').map_or("", |(table, _)| table)
 }
 
 /// Whether a path lies in this table (or list of tables), or is the table itself.
-pub(crate) fn is_within(path: &str, table: &str) -> bool {
+pub fn is_within(path: &str, table: &str) -> bool {
     let rest = path.strip_prefix(table);
     rest.is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
 }
 
 /// The path of `name` in the table at `path`.
-pub(crate) fn join(path: &str, name: &str) -> String {
+pub fn join(path: &str, name: &str) -> String {
     if path.is_empty() {
         name.to_owned()
     } else {

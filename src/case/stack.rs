@@ -15,7 +15,7 @@ const MANY: usize = 10;
 
 /// The values that count, with the rank of the layer that each stands in.
 #[derive(Debug)]
-pub(crate) struct Stack {
+pub struct Stack {
     schema: &'static Schema,
     /// The tables at the root that are mentioned anywhere, and all keys.
     tables: BTreeSet<String>,
@@ -35,7 +35,7 @@ pub(crate) struct Stack {
 
 impl Stack {
     /// No values yet for the keys of this schema; there will be some in these `tables` at the root.
-    pub(crate) fn new(schema: &'static Schema, tables: BTreeSet<String>) -> Self {
+    pub fn new(schema: &'static Schema, tables: BTreeSet<String>) -> Self {
         let kind = ProblemKind::of(&tables);
         Self {
             schema,
@@ -51,7 +51,7 @@ impl Stack {
     }
 
     /// The entry with its value in the form that its key asks for, or an error.
-    pub(crate) fn check(&self, entry: CaseValue, errors: &mut Vec<CaseError>) -> Option<CaseValue> {
+    pub fn check(&self, entry: CaseValue, errors: &mut Vec<CaseError>) -> Option<CaseValue> {
         match self.schema.find(&entry.key) {
             Some(key) => value::check(entry, key, errors),
             None => {
@@ -85,7 +85,7 @@ impl Stack {
     }
 
     /// Checks the values of a layer and lays them on top.
-    pub(crate) fn lay(&mut self, layer: Vec<CaseValue>, errors: &mut Vec<CaseError>) {
+    pub fn lay(&mut self, layer: Vec<CaseValue>, errors: &mut Vec<CaseError>) {
         for entry in layer {
             let key = entry.key.clone();
             if entry.value.as_table().is_some_and(|table| table.is_empty())
@@ -104,7 +104,7 @@ impl Stack {
 
     /// Drops the keys of other kinds of cases that stand in layers below the one that says which kind it is, such as
     /// those of the vessel in the defaults; above, nobody can want them.
-    pub(crate) fn sort_out_kinds(&mut self, errors: &mut Vec<CaseError>) {
+    pub fn sort_out_kinds(&mut self, errors: &mut Vec<CaseError>) {
         let top = std::mem::take(&mut self.top).into_iter();
         let (others, top): (BTreeMap<_, _>, _) = top.partition(|(path, _)| {
             let key = self.schema.find(path);
@@ -149,7 +149,7 @@ impl Stack {
     }
 
     /// The value of `key` that counts.
-    pub(crate) fn entry(&self, key: &str) -> Option<&CaseValue> {
+    pub fn entry(&self, key: &str) -> Option<&CaseValue> {
         self.top.get(key).map(|(_, entry)| entry)
     }
 
@@ -193,7 +193,7 @@ impl Stack {
 
     /// Drops the keys of a choice, such as the parameters of a material, that was replaced in a higher layer; others
     /// must fit the choice.
-    pub(crate) fn sort_out_choices(&mut self, errors: &mut Vec<CaseError>) {
+    pub fn sort_out_choices(&mut self, errors: &mut Vec<CaseError>) {
         let mut dropped = Vec::new();
         for (path, (rank, entry)) in &self.top {
             let Some(key) = self.schema.find(path) else {
@@ -229,7 +229,7 @@ impl Stack {
     }
 
     /// Whether anything was said of this table.
-    pub(crate) fn is_there(&self, table: &str) -> bool {
+    pub fn is_there(&self, table: &str) -> bool {
         let mut given = self.top.keys().chain(&self.wrong).chain(&self.empty);
         given.any(|path| schema::is_within(path, table))
     }
@@ -259,7 +259,7 @@ impl Stack {
     }
 
     /// Every key needs a value, but for the optional ones.
-    pub(crate) fn require_all(&self, file: &Path, errors: &mut Vec<CaseError>) {
+    pub fn require_all(&self, file: &Path, errors: &mut Vec<CaseError>) {
         let mut missing = Vec::new();
         for key in self.schema.keys() {
             let mut optional = self.schema.optional_tables(&key.path);
@@ -325,7 +325,7 @@ impl Stack {
     }
 
     /// The typed form, if there is a value for every key (be it a lower layer's for a refused one).
-    pub(crate) fn build<T: DeserializeOwned>(
+    pub fn build<T: DeserializeOwned>(
         &self,
         file: &Path,
         errors: &mut Vec<CaseError>,

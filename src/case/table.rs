@@ -2,17 +2,19 @@
 //! the type, the check of what a file says, the file of record, `fsi-driver keys` and the schema for editors.
 
 /// An enumeration whose variants are words of a file, as in [`fsi_numerics::words!`], for keys that may be absent.
+#[macro_export]
 macro_rules! words {
     ($(#[$meta:meta])* $visibility:vis enum $enum:ident { $($variants:tt)* }) => {
         fsi_numerics::words! { $(#[$meta])* $visibility enum $enum { $($variants)* } }
 
-        impl $crate::case::table::Absent for $enum {}
+        impl $crate::table::Absent for $enum {}
     };
 }
 
 /// A table of a file as a type. A key is a line `field: Type = "name_unit", kind, "meaning";`, with `, absent "what
 /// counts then"` if it may be and `, only CONDITION` if not every case reads it (`case/conditions.rs`); a table in it
 /// is a line `[field: Type, "meaning"]`, perhaps with the same two.
+#[macro_export]
 macro_rules! table {
     (
         $(#[$meta:meta])*
@@ -34,7 +36,7 @@ macro_rules! table {
                 #[serde(rename = $name)]
                 $(
                     #[doc = concat!("If absent: ", $absent, ".")]
-                    #[serde(default, skip_serializing_if = "crate::case::table::Absent::is_absent")]
+                    #[serde(default, skip_serializing_if = "fsi_case::table::Absent::is_absent")]
                 )?
                 pub $field: $type,
             )*
@@ -48,10 +50,10 @@ macro_rules! table {
             )*
         }
 
-        impl $crate::case::schema::KeyTable for $struct {
-            fn describe(path: &str, schema: &mut $crate::case::schema::Schema) {
+        impl $crate::schema::KeyTable for $struct {
+            fn describe(path: &str, schema: &mut $crate::schema::Schema) {
                 #[allow(unused_imports)] // not every table has both
-                use $crate::case::schema::{Key, KeyTable, join};
+                use $crate::schema::{Key, KeyTable, join};
                 $(
                     schema.add(Key {
                         path: join(path, $name),
@@ -60,10 +62,10 @@ macro_rules! table {
                         about: $about,
                         choices: Vec::new(),
                         problems: &[],
-                        only: vec![$($crate::case::conditions::$only)?],
+                        only: vec![$($crate::conditions::$only)?],
                     });
                 )*
-                $(schema.only(&[$($crate::case::conditions::$only_table)?], |schema| {
+                $(schema.only(&[$($crate::conditions::$only_table)?], |schema| {
                     <$inner as KeyTable>::describe(&join(path, stringify!($table)), schema);
                 });)*
             }
@@ -98,7 +100,7 @@ macro_rules! choice {
                         #[serde(rename = $name)]
                         $(
                             #[doc = concat!("If absent: ", $absent, ".")]
-                            #[serde(default, skip_serializing_if = "crate::case::table::Absent::is_absent")]
+                            #[serde(default, skip_serializing_if = "fsi_case::table::Absent::is_absent")]
                         )?
                         $field: $type,
                     )*
@@ -112,9 +114,9 @@ macro_rules! choice {
                 &[$(($word, concat!($($doc),+).trim_ascii())),+];
         }
 
-        impl $crate::case::schema::KeyTable for $enum {
-            fn describe(path: &str, schema: &mut $crate::case::schema::Schema) {
-                use $crate::case::schema::{Choice, Key, ValueKind, join};
+        impl $crate::schema::KeyTable for $enum {
+            fn describe(path: &str, schema: &mut $crate::schema::Schema) {
+                use $crate::schema::{Choice, Key, ValueKind, join};
                 schema.add(Key {
                     path: join(path, $tag),
                     kind: ValueKind::Word(Self::WORDS),
@@ -140,10 +142,10 @@ macro_rules! choice {
     };
 }
 
-pub(crate) use {choice, table, words};
+pub(crate) use choice;
 
 /// Values of keys that may be absent.
-pub(crate) trait Absent {
+pub trait Absent {
     /// Whether the key is left out of the file of record.
     fn is_absent(&self) -> bool {
         false

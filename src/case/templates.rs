@@ -22,7 +22,7 @@ pub(super) const WORDS: &[(&str, &str)] = &[
 
 macro_rules! files {
     ($folder:literal: $($file:literal)+) => {
-        &[$(($file, include_str!(concat!("../../openfoam-case/", $folder, "/", $file)))),+]
+        &[$(($file, include_str!(concat!("openfoam-case/", $folder, "/", $file)))),+]
     };
 }
 

@@ -2,12 +2,13 @@
 
 use super::opening::{ConditionKeys, Opening, VesselSide, prescribe_shares};
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
-use super::table::{choice, table};
+use super::table::choice;
 use super::tree_lumen::MOST_TRIANGLES;
 use super::vessel::MOST_POINTS;
 use super::{BumpProfile, LengthUnit, NativeTimeScheme, OwnCase, TableError};
 use crate::Vec3;
 use crate::curve::{CentreLine, Partings};
+use crate::table;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

@@ -2,9 +2,9 @@
 
 use super::Case;
 use super::schema::{ValueKind, above, from};
-use super::table::{table, words};
 use super::value::split_index;
 use crate::uncertainty::{Distribution, Inputs};
+use crate::{table, words};
 use toml::Value;
 
 /// Most characters of its name.

@@ -8,11 +8,7 @@ use std::ops::RangeInclusive;
 use toml::Value;
 
 /// The entry with its value in the form that `key` asks for, or an error.
-pub(crate) fn check(
-    mut entry: CaseValue,
-    key: &Key,
-    errors: &mut Vec<CaseError>,
-) -> Option<CaseValue> {
+pub fn check(mut entry: CaseValue, key: &Key, errors: &mut Vec<CaseError>) -> Option<CaseValue> {
     let value = match (key.kind, &entry.value) {
         (ValueKind::PathOr(words), Value::String(word)) if is_among(word, words) => {
             match templates::folder(word) {
@@ -229,7 +225,7 @@ pub(super) fn split_index(path: &str) -> Option<(&str, usize)> {
 }
 
 /// A value in few letters for a message.
-pub(crate) fn shorten(value: &Value) -> String {
+pub fn shorten(value: &Value) -> String {
     let text: String = value
         .to_string()
         .split_whitespace()

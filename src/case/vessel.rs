@@ -2,8 +2,9 @@
 
 use super::Material;
 use super::schema::{Key, KeyTable, Schema, ValueKind, above, from, join};
-use super::table::{choice, table, words};
+use super::table::choice;
 use crate::tabular::units::{self, Unit};
+use crate::{table, words};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 

@@ -9,6 +9,7 @@ use crate::analysis::case_figures::{self as figures, CaseFigures};
 use crate::analysis::plausibility;
 use crate::analysis::wall::WallFigures;
 use crate::analysis::windkessel::Pressures;
+use crate::analysis::{random_lumen, size};
 use crate::case::{BloodVessel, Case, ConditionKeys, ResolvedCase, TreeKeys, VesselSide};
 use crate::fluid::openfoam::install;
 use crate::geometry::{Section, Vessel};
@@ -45,12 +46,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let (cells, degrees_of_freedom, wall) = match &fit {
         Some(fit) => (fit.cells, fit.degrees_of_freedom, fit.wall_memory),
         None => {
-            let degrees_of_freedom = case.structure_degrees_of_freedom();
+            let degrees_of_freedom = size::structure_degrees_of_freedom(&case);
             let wall = analysis::wall_memory(degrees_of_freedom);
-            (case.fluid_cells(), degrees_of_freedom, wall)
+            (size::fluid_cells(&case), degrees_of_freedom, wall)
         }
     };
-    let memory: f64 = (case.memory_with(cells, wall).iter())
+    let memory: f64 = (size::memory_with(&case, cells, wall).iter())
         .map(|(bytes, _)| bytes)
         .sum();
     let blood = surroundings::described(&case, cells);
@@ -108,7 +109,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     for warning in plausibility::warnings(&case) {
         terminal::note(format_args!("warning: {warning}"));
     }
-    if let Some(deviation) = case.lumen_deviation().filter(Deviation::is_large) {
+    if let Some(deviation) = Deviation::of_lumen(&case).filter(Deviation::is_large) {
         terminal::note(format_args!("warning: {}", told(&deviation)));
     }
     if let Some(wall) = pressed {
@@ -163,16 +164,14 @@ fn expected(case: &Case) -> Vec<(&'static str, String)> {
         lines.extend(of_blood(&figures));
         lines.extend(figures.walls.iter().map(of_wall));
     }
-    if let Some(deviation) = case.lumen_deviation() {
+    if let Some(deviation) = Deviation::of_lumen(case) {
         lines.push(("lumen", described(&deviation)));
     }
-    if let Some(figures) = case.random_lumen_figures() {
+    if let Some(figures) = random_lumen::figures(case) {
         lines.push(("lumen", figures.to_string()));
     }
-    let seconds = case.run_seconds();
-    let disk = case
-        .disk()
-        .map(|bytes| format!("{} on the disk", size(bytes)));
+    let seconds = size::run_seconds(case);
+    let disk = size::disk(case).map(|bytes| format!("{} on the disk", size(bytes)));
     let minutes = seconds.map(|seconds| {
         format!(
             "at least {} on two idle cores; the start, and steps of more than two coupling iterations, take longer",

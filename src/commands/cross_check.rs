@@ -3,6 +3,7 @@
 
 use super::compare::CompareLimits;
 use super::{CaseArguments, Failure};
+use crate::analysis::size;
 use crate::case::{Case, Native, Override, ValuePlace};
 use crate::output::comparison::{Comparison, RunDifference};
 use crate::output::refinement::{self, Refined};
@@ -211,7 +212,7 @@ fn compare(names: &[String], out: &Path, limits: [f64; 3], refine: bool) -> Resu
         };
         let both = |solvers: [&str; 2]| {
             let [first, second] = [load(solvers[0])?, load(solvers[1])?];
-            let cells = first.case.fluid_cells();
+            let cells = size::fluid_cells(&first.case);
             let comparison = Comparison::new(&first, &second, limits)
                 .map_err(|e| Failure::Run(e.to_string()))?
                 .called(["OpenFOAM", "native"]);

@@ -15,86 +15,84 @@ const ALONG: f64 = 3.0;
 /// Elements of the flag grow from the cylinder on, where the stress is largest, as this power of their number.
 const ELEMENTS: f64 = 1.25;
 
-impl Flag {
-    /// Position of the flag's beginning on the cylinder at the height `y` (m).
-    fn begin(&self, y: f64) -> f64 {
-        let above = y - self.cylinder_y;
-        self.cylinder_x + (self.cylinder_radius.powi(2) - above.powi(2)).sqrt()
-    }
+/// Position of the flag's beginning on the cylinder at the height `y` (m).
+fn begin(flag: &Flag, y: f64) -> f64 {
+    let above = y - flag.cylinder_y;
+    flag.cylinder_x + (flag.cylinder_radius.powi(2) - above.powi(2)).sqrt()
+}
 
-    /// Upstream and downstream side of the box around the cylinder, m.
-    fn box_ends(&self) -> [f64; 2] {
-        let (x, r) = (self.cylinder_x, self.cylinder_radius);
-        [
-            (x - BOX * r).max((x - r) / 3.0),
-            (x + BOX * r).min(x + r + 0.5 * self.length),
-        ]
-    }
+/// Upstream and downstream side of the box around the cylinder, m.
+fn box_ends(flag: &Flag) -> [f64; 2] {
+    let (x, r) = (flag.cylinder_x, flag.cylinder_radius);
+    [
+        (x - BOX * r).max((x - r) / 3.0),
+        (x + BOX * r).min(x + r + 0.5 * flag.length),
+    ]
+}
 
-    /// One row of hexahedra along the flag. Surfaces: `start` on the cylinder, `wet`, and `sides` (in the planes of
-    /// constant z); local coordinates along x, y, z.
-    pub fn solid_mesh(&self) -> HexMesh {
-        let n = self.mesh.elements;
-        let shape = FlagShape(self.clone());
-        let corner = |bit: usize| if bit == 1 { 1.0 } else { -1.0 };
-        let vertices = (0..4 * (n + 1)).map(|vertex| {
-            let (station, v) = (vertex / 4, vertex % 4);
-            let (element, along) = match station {
-                0 => (0, -1.0),
-                station => (station - 1, 1.0),
-            };
-            shape.position(element, [along, corner(v & 1), corner(v >> 1)])
-        });
-        let vertices: Vec<Vec3> = vertices.collect();
-        let hexes = (0..n).map(|e| std::array::from_fn(|v| 4 * (e + (v & 1)) + (v >> 1)));
-        let hexes: Vec<[usize; 8]> = hexes.collect();
-        let face = |axis, upper| HexFace { axis, upper };
-        let both = |axis: u8| (0..n).flat_map(move |e| [false, true].map(|up| (e, face(axis, up))));
-        let end = (n - 1, face(0, true));
-        let surfaces = BTreeMap::from([
-            ("start".to_owned(), vec![(0, face(0, false))]),
-            ("wet".to_owned(), both(1).chain([end]).collect()),
-            ("sides".to_owned(), both(2).collect()),
-        ]);
-        HexMesh {
-            vertices,
-            regions: vec![0; n],
-            hexes,
-            surfaces,
-            directions: super::WallDirections::Local,
-            shape: Arc::new(shape),
-        }
+/// One row of hexahedra along the flag. Surfaces: `start` on the cylinder, `wet`, and `sides` (in the planes of
+/// constant z); local coordinates along x, y, z.
+pub fn solid_mesh(flag: &Flag) -> HexMesh {
+    let n = flag.mesh.elements;
+    let shape = FlagShape(flag.clone());
+    let corner = |bit: usize| if bit == 1 { 1.0 } else { -1.0 };
+    let vertices = (0..4 * (n + 1)).map(|vertex| {
+        let (station, v) = (vertex / 4, vertex % 4);
+        let (element, along) = match station {
+            0 => (0, -1.0),
+            station => (station - 1, 1.0),
+        };
+        shape.position(element, [along, corner(v & 1), corner(v >> 1)])
+    });
+    let vertices: Vec<Vec3> = vertices.collect();
+    let hexes = (0..n).map(|e| std::array::from_fn(|v| 4 * (e + (v & 1)) + (v >> 1)));
+    let hexes: Vec<[usize; 8]> = hexes.collect();
+    let face = |axis, upper| HexFace { axis, upper };
+    let both = |axis: u8| (0..n).flat_map(move |e| [false, true].map(|up| (e, face(axis, up))));
+    let end = (n - 1, face(0, true));
+    let surfaces = BTreeMap::from([
+        ("start".to_owned(), vec![(0, face(0, false))]),
+        ("wet".to_owned(), both(1).chain([end]).collect()),
+        ("sides".to_owned(), both(2).collect()),
+    ]);
+    HexMesh {
+        vertices,
+        regions: vec![0; n],
+        hexes,
+        surfaces,
+        directions: super::WallDirections::Local,
+        shape: Arc::new(shape),
     }
+}
 
-    /// One layer of cells around the flag: patches `inlet`, `outlet`, `wallRigid` (the channel), `cylinder`, `wallFsi`
-    /// (the flag) and `sides` (empty), in this order.
-    pub fn fluid_mesh(&self) -> PolyMesh {
-        let patches = [
-            ("inlet", "patch"),
-            ("outlet", "patch"),
-            ("wallRigid", "wall"),
-            ("cylinder", "wall"),
-            ("wallFsi", "wall"),
-        ];
-        extruded(&self.blocks(), self.depth, &patches)
-    }
+/// One layer of cells around the flag: patches `inlet`, `outlet`, `wallRigid` (the channel), `cylinder`, `wallFsi`
+/// (the flag) and `sides` (empty), in this order.
+pub fn fluid_mesh(flag: &Flag) -> PolyMesh {
+    let patches = [
+        ("inlet", "patch"),
+        ("outlet", "patch"),
+        ("wallRigid", "wall"),
+        ("cylinder", "wall"),
+        ("wallFsi", "wall"),
+    ];
+    extruded(&blocks(flag), flag.depth, &patches)
+}
 
-    /// Number of cells of [`fluid_mesh`](Self::fluid_mesh).
-    pub fn cells(&self) -> usize {
-        let blocks = self.blocks();
-        let cells = blocks
-            .iter()
-            .map(|block| block.cells().iter().product::<usize>());
-        cells.sum()
-    }
+/// Number of cells of [`fluid_mesh`].
+pub fn cells(flag: &Flag) -> usize {
+    let blocks = blocks(flag);
+    let cells = blocks
+        .iter()
+        .map(|block| block.cells().iter().product::<usize>());
+    cells.sum()
+}
 
-    /// Blocks around the cylinder and downstream of it.
-    fn blocks(&self) -> Vec<Block> {
-        let lines = Lines::new(self);
-        let mut blocks = lines.around_cylinder();
-        blocks.extend(lines.downstream());
-        blocks
-    }
+/// Blocks around the cylinder and downstream of it.
+fn blocks(flag: &Flag) -> Vec<Block> {
+    let lines = Lines::new(flag);
+    let mut blocks = lines.around_cylinder();
+    blocks.extend(lines.downstream());
+    blocks
 }
 
 /// Lines between the blocks.
@@ -119,7 +117,7 @@ impl<'a> Lines<'a> {
         let most = sizes.largest_cell;
         let grown =
             |length: f64, largest: f64| growing(length, sizes.cell_size, sizes.growth, largest);
-        let [front, back] = flag.box_ends();
+        let [front, back] = box_ends(flag);
         let sides = [-0.5, 0.5].map(|share| flag.cylinder_y + share * flag.thickness);
         let [bottom, top] = sides;
         let end = flag.end();
@@ -129,7 +127,7 @@ impl<'a> Lines<'a> {
             across: equal((flag.thickness / sizes.cell_size).round().max(2.0) as usize),
             below: grown(bottom, most),
             above: grown(flag.channel_height - top, most),
-            radial: grown(back - flag.begin(top), most),
+            radial: grown(back - begin(flag, top), most),
             along: reversed(&grown(end - back, most.min(ALONG * sizes.cell_size))),
             wake: grown(flag.channel_length - end, most),
             upstream: equal((front / most).ceil() as usize),
@@ -146,7 +144,7 @@ impl<'a> Lines<'a> {
             channel_height: height,
             ..
         } = *self.flag;
-        let [front, back] = self.flag.box_ends();
+        let [front, back] = box_ends(self.flag);
         let angle = |x: f64, y: f64| (y - cy).atan2(x - cx);
         let arc = |from: f64, to: f64, n: usize| -> Vec<PlanePoint> {
             let turn = |share: &f64| from + (to - from) * share;
@@ -180,7 +178,7 @@ impl<'a> Lines<'a> {
         for i in 1..arcs.len() {
             *last(&mut arcs[i - 1]) = arcs[i][0];
         }
-        let [lower, upper] = self.sides.map(|y| [self.flag.begin(y), y]);
+        let [lower, upper] = self.sides.map(|y| [begin(self.flag, y), y]);
         arcs[0][0] = upper;
         *last(&mut arcs[4]) = lower;
         arcs
@@ -206,7 +204,7 @@ impl<'a> Lines<'a> {
     /// Four blocks around the cylinder, of which the flag cuts the one downstream in two, after one upstream of them.
     fn around_cylinder(&self) -> Vec<Block> {
         let (flag, height) = (self.flag, self.flag.channel_height);
-        let [front, back] = flag.box_ends();
+        let [front, back] = box_ends(flag);
         let [north_east, north, west, south, south_east] = self.arcs();
         // Radial lines outward.
         let spoke = |from: PlanePoint, to: PlanePoint| line(from, to, &self.radial);
@@ -214,7 +212,7 @@ impl<'a> Lines<'a> {
         let to_nw = spoke(west[0], [front, height]);
         let to_sw = spoke(south[0], [front, 0.0]);
         let to_se = spoke(south_east[0], [back, 0.0]);
-        let [on_bottom, on_top] = self.sides.map(|y| spoke([flag.begin(y), y], [back, y]));
+        let [on_bottom, on_top] = self.sides.map(|y| spoke([begin(flag, y), y], [back, y]));
         let box_side = line([front, 0.0], [front, height], &equal(west.len() - 1));
         let inlet = line([0.0, 0.0], [0.0, height], &equal(west.len() - 1));
         vec![
@@ -260,7 +258,7 @@ impl<'a> Lines<'a> {
     /// Below and above the flag, and three blocks downstream of it.
     fn downstream(&self) -> Vec<Block> {
         let (flag, height) = (self.flag, self.flag.channel_height);
-        let (back, end, length) = (flag.box_ends()[1], flag.end(), flag.channel_length);
+        let (back, end, length) = (box_ends(flag)[1], flag.end(), flag.channel_length);
         let [on_bottom, on_top] =
             (self.sides).map(|y| Side::on("wallFsi", &line([back, y], [end, y], &self.along)));
         let [lower, upper] = (self.sides).map(|y| line([end, y], [length, y], &self.wake));
@@ -325,7 +323,7 @@ impl HexShape for FlagShape {
         let Self(flag) = self;
         let station = |i: usize| (i as f64 / flag.mesh.elements as f64).powf(ELEMENTS);
         let y = flag.cylinder_y + 0.5 * flag.thickness * xi[1];
-        let (begin, end) = (flag.begin(y), flag.end());
+        let (begin, end) = (begin(flag, y), flag.end());
         let [from, to] = [station(element), station(element + 1)];
         let share = from + (to - from) * 0.5 * (1.0 + xi[0]);
         Vec3::new(

@@ -369,7 +369,7 @@ mod tests {
             &[],
         );
         let case = case.unwrap();
-        let mesh = case.flag().unwrap().fluid_mesh();
+        let mesh = crate::geometry::flag::fluid_mesh(case.flag().unwrap());
         let folder = tempfile::tempdir().unwrap();
         mesh.write(folder.path()).unwrap();
         assert_eq!(PolyMesh::read(folder.path()).unwrap(), mesh);

@@ -1,41 +1,30 @@
 //! What holds the wall of a vessel: its ends, and the tissue around it.
 
 use crate::Vec3;
-use crate::case::{BloodVessel, GivenShape, InletEnd, TissueDirection, VesselEnd};
-use crate::curve::SpaceCurve;
+use crate::case::{BloodVessel, InletEnd, VesselEnd};
+use crate::curve::{NearestPoint, SpaceCurve};
 use crate::pfem::supports::{
-    AtRest, Axis, AxisPoint, Direction, Foundation, PressureAround, Profile, Support, on_springs,
-    sliding, sliding_radially,
+    Axis, AxisPoint, Direction, Foundation, PressureAround, Profile, Support, on_springs, sliding,
+    sliding_radially,
 };
 use std::sync::Arc;
 
-impl From<TissueDirection> for Direction {
-    fn from(direction: TissueDirection) -> Self {
-        match direction {
-            TissueDirection::Radial => Self::Radial,
-            TissueDirection::Axial => Self::Axial,
-            TissueDirection::All => Self::All,
-        }
-    }
-}
+/// The axis of a vessel with this centre-line.
+#[derive(Debug)]
+pub struct AlongLine(pub SpaceCurve);
 
-impl From<GivenShape> for AtRest {
-    fn from(shape: GivenShape) -> Self {
-        match shape {
-            GivenShape::Unloaded => Self::Reference,
-            GivenShape::Loaded => Self::Loaded,
-        }
-    }
-}
-
-impl Axis for SpaceCurve {
+impl Axis for AlongLine {
     fn nearest(&self, x: &Vec3) -> AxisPoint {
-        let nearest = SpaceCurve::nearest(self, x);
-        AxisPoint {
-            s: nearest.s,
-            position: nearest.frame.origin,
-            tangent: nearest.frame.tangent,
-        }
+        axis_point(&self.0.nearest(x))
+    }
+}
+
+/// A place on a centre-line as one on an axis.
+pub fn axis_point(nearest: &NearestPoint) -> AxisPoint {
+    AxisPoint {
+        s: nearest.s,
+        position: nearest.frame.origin,
+        tangent: nearest.frame.tangent,
     }
 }
 
@@ -101,7 +90,7 @@ pub fn is_x_axis(line: &SpaceCurve) -> bool {
 
 /// The axis along which values around a vessel with this centre-line are told, if it is not the x-axis.
 fn axis(line: &SpaceCurve) -> Option<Arc<dyn Axis>> {
-    (!is_x_axis(line)).then(|| Arc::new(line.clone()) as Arc<dyn Axis>)
+    (!is_x_axis(line)).then(|| Arc::new(AlongLine(line.clone())) as Arc<dyn Axis>)
 }
 
 /// Pressure on the outer surface of a vessel with this centre-line, if there is any.

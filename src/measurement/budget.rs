@@ -1,5 +1,6 @@
 //! Seconds per step, by part, and their comparison.
 
+use crate::analysis::size;
 use crate::case::Case;
 use crate::fluid::FluidUsage;
 use crate::output::write_atomically;
@@ -123,7 +124,7 @@ impl BudgetReport {
 
     /// Refuses to compare what cannot be compared.
     pub fn check(&self, preset: &str, case: &Case) -> Result<(), Failure> {
-        let cells = case.fluid_cells();
+        let cells = size::fluid_cells(case);
         if (self.preset.as_str(), self.fluid_cells) == (preset, cells) {
             return Ok(());
         }

@@ -73,7 +73,7 @@ impl Validation {
         let names = self.runs.iter().map(|run| run.name.clone());
         let mut table = PageTable::new(heads.into_iter().chain(names));
         for (i, series) in self.measured.series.iter().enumerate() {
-            let scale = series.largest();
+            let scale = largest(series);
             let percent = |x: f64| format!("{} %", significant(100.0 * x / scale, 2));
             let scatter = series.points.iter().filter_map(|point| point.sd);
             let mut row = vec![
@@ -83,7 +83,7 @@ impl Validation {
                 rms(scatter).map_or(String::new(), percent),
             ];
             row.extend(self.runs.iter().map(|run| {
-                let deviation = series.deviation(&run.values[i]);
+                let deviation = deviation(series, &run.values[i]);
                 let within = match deviation.within {
                     [_, 0] => String::new(),
                     [within, of] => format!("; {within} of {of}"),
@@ -110,11 +110,11 @@ impl Validation {
             ));
         };
         let series = &all[i];
-        let (scale, unit) = (series.largest(), series.quantity.unit());
+        let (scale, unit) = (largest(series), series.quantity.unit());
         let heads = ["place".to_owned(), format!("measured / {unit}")];
         let names = self.runs.iter().map(|run| format!("{} / {unit}", run.name));
         let mut table = PageTable::new(heads.into_iter().chain(names));
-        let places = series.places();
+        let places = places(series);
         for (j, point) in series.points.iter().enumerate() {
             let sd = point.sd.map(|sd| format!(" ± {}", significant(sd, 2)));
             let mut row = vec![
@@ -136,7 +136,7 @@ impl Validation {
     /// run.
     pub fn figure(&self) -> Figure {
         let panel = |(i, series): (usize, &MeasuredSeries)| {
-            let (along, at) = series.abscissa();
+            let (along, at) = abscissa(series);
             let curve = |name: &str, colour, values: &dyn Fn(usize) -> Option<f64>| {
                 let points = (0..at.len()).filter_map(|j| Some((at[j], values(j)?)));
                 let mut points: Vec<(f64, f64)> = points.collect();
@@ -185,70 +185,68 @@ impl Validation {
     }
 }
 
-impl MeasuredSeries {
-    /// The largest magnitude that was measured: what differences are relative to. 1 if all is zero.
-    fn largest(&self) -> f64 {
-        let largest = self.points.iter().map(|point| point.value.abs());
-        Some(largest.fold(0.0, f64::max))
-            .filter(|x| *x > 0.0)
-            .unwrap_or(1.0)
-    }
+/// The largest magnitude that was measured: what differences are relative to. 1 if all is zero.
+fn largest(series: &MeasuredSeries) -> f64 {
+    let largest = series.points.iter().map(|point| point.value.abs());
+    Some(largest.fold(0.0, f64::max))
+        .filter(|x| *x > 0.0)
+        .unwrap_or(1.0)
+}
 
-    /// How far values, one for each point, are from what was measured.
-    pub fn deviation(&self, values: &[f64]) -> Deviation {
-        let pairs = || self.points.iter().zip(values);
-        let differences = || pairs().map(|(point, value)| value - point.value);
-        let ranges = pairs().filter_map(|(point, value)| Some((point.range?, *value)));
-        let within =
-            |([lowest, highest], value): &([f64; 2], f64)| (*lowest..=*highest).contains(value);
-        Deviation {
-            rms: rms(differences()).unwrap_or(f64::NAN),
-            mean: differences().sum::<f64>() / self.points.len() as f64,
-            within: [ranges.clone().filter(within).count(), ranges.count()],
-        }
+/// How far values, one for each point, are from what was measured.
+pub fn deviation(series: &MeasuredSeries, values: &[f64]) -> Deviation {
+    let pairs = || series.points.iter().zip(values);
+    let differences = || pairs().map(|(point, value)| value - point.value);
+    let ranges = pairs().filter_map(|(point, value)| Some((point.range?, *value)));
+    let within =
+        |([lowest, highest], value): &([f64; 2], f64)| (*lowest..=*highest).contains(value);
+    Deviation {
+        rms: rms(differences()).unwrap_or(f64::NAN),
+        mean: differences().sum::<f64>() / series.points.len() as f64,
+        within: [ranges.clone().filter(within).count(), ranges.count()],
     }
+}
 
-    /// Where the points lie, in mm: those coordinates that differ among them, or all; with times, if the file gives
-    /// any.
-    fn places(&self) -> Vec<String> {
-        let first = self.points[0].place;
-        let differs = [0, 1, 2].map(|i| self.points.iter().any(|point| point.place[i] != first[i]));
-        let is_told = |i: usize| differs[i] || differs == [false; 3];
-        let show = |point: &MeasuredPoint| {
-            let axes = ["x", "y", "z"].into_iter().enumerate();
-            let axes = axes.filter(|(i, _)| is_told(*i));
-            let place = axes
-                .map(|(i, axis)| format!("{axis} = {} mm", twelve_digits(1e3 * point.place[i])));
-            let time = point.time.map(|time| format!("t = {time} s"));
-            place.chain(time).collect::<Vec<_>>().join(", ")
-        };
-        self.points.iter().map(show).collect()
-    }
+/// Where the points lie, in mm: those coordinates that differ among them, or all; with times, if the file gives
+/// any.
+fn places(series: &MeasuredSeries) -> Vec<String> {
+    let first = series.points[0].place;
+    let differs = [0, 1, 2].map(|i| series.points.iter().any(|point| point.place[i] != first[i]));
+    let is_told = |i: usize| differs[i] || differs == [false; 3];
+    let show = |point: &MeasuredPoint| {
+        let axes = ["x", "y", "z"].into_iter().enumerate();
+        let axes = axes.filter(|(i, _)| is_told(*i));
+        let place =
+            axes.map(|(i, axis)| format!("{axis} = {} mm", twelve_digits(1e3 * point.place[i])));
+        let time = point.time.map(|time| format!("t = {time} s"));
+        place.chain(time).collect::<Vec<_>>().join(", ")
+    };
+    series.points.iter().map(show).collect()
+}
 
-    /// What its points differ in most, as the label of an axis, and its value at each: a coordinate (mm) or the time
-    /// (s).
-    fn abscissa(&self) -> (String, Vec<f64>) {
-        let coordinate = |i: usize| -> Vec<f64> {
-            let points = self.points.iter();
-            points
-                .map(|point| twelve_digits(1e3 * point.place[i]))
-                .collect()
-        };
-        let extent = |values: &Vec<f64>| {
-            let ends = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
-            let (low, high) = values.iter().fold((f64::MAX, f64::MIN), ends);
-            high - low
-        };
-        let axes = [0, 1, 2].map(|i| (["x", "y", "z"][i], coordinate(i)));
-        let widest = axes
-            .into_iter()
-            .max_by(|a, b| extent(&a.1).total_cmp(&extent(&b.1)));
-        match widest.filter(|(_, values)| extent(values) > 0.0) {
-            Some((axis, values)) => (format!("{axis} / mm"), values),
-            None => {
-                let times = self.points.iter().map(|point| point.time.unwrap_or(0.0));
-                ("time / s".to_owned(), times.collect())
-            }
+/// What its points differ in most, as the label of an axis, and its value at each: a coordinate (mm) or the time
+/// (s).
+fn abscissa(series: &MeasuredSeries) -> (String, Vec<f64>) {
+    let coordinate = |i: usize| -> Vec<f64> {
+        let points = series.points.iter();
+        points
+            .map(|point| twelve_digits(1e3 * point.place[i]))
+            .collect()
+    };
+    let extent = |values: &Vec<f64>| {
+        let ends = |(low, high): (f64, f64), x: &f64| (low.min(*x), high.max(*x));
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), ends);
+        high - low
+    };
+    let axes = [0, 1, 2].map(|i| (["x", "y", "z"][i], coordinate(i)));
+    let widest = axes
+        .into_iter()
+        .max_by(|a, b| extent(&a.1).total_cmp(&extent(&b.1)));
+    match widest.filter(|(_, values)| extent(values) > 0.0) {
+        Some((axis, values)) => (format!("{axis} / mm"), values),
+        None => {
+            let times = series.points.iter().map(|point| point.time.unwrap_or(0.0));
+            ("time / s".to_owned(), times.collect())
         }
     }
 }
@@ -428,17 +426,17 @@ mod tests {
             (2.0, Some([1.9, 2.1])),
             (3.0, None),
         ]);
-        let deviation = series.deviation(&[1.1, 2.2, 3.0]);
+        let deviation = deviation(&series, &[1.1, 2.2, 3.0]);
         assert!((deviation.rms - (0.05_f64 / 3.0).sqrt()).abs() < 1e-12);
         assert!((deviation.mean - 0.1).abs() < 1e-12);
         assert_eq!(deviation.within, [1, 2]);
-        assert_eq!(series.largest(), 3.0);
+        assert_eq!(largest(&series), 3.0);
     }
 
     #[test]
     fn places_are_named_by_what_differs() {
         assert_eq!(
-            series(&[(1.0, None), (2.0, None)]).places(),
+            places(&series(&[(1.0, None), (2.0, None)])),
             ["x = 0 mm", "x = 1 mm"]
         );
     }

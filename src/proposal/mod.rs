@@ -57,7 +57,7 @@ const BEATS: f64 = 20.0;
 /// From this Reynolds number on flow in tubes may be turbulent.
 const TURBULENT: f64 = 2000.0;
 
-crate::case::table::words! {
+crate::case::words! {
     /// What the vessel is like.
     #[derive(Default, clap::ValueEnum)]
     pub enum Like {

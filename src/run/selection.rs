@@ -2,6 +2,7 @@
 
 use super::Failure;
 use crate::analysis;
+use crate::analysis::size;
 use crate::case::{Case, Override, Preset, ResolvedCase, ValuePlace};
 use crate::hemodynamics::FlowNumbers;
 use crate::output::terminal;
@@ -75,12 +76,12 @@ impl CaseSelection {
         let overrides: Vec<Override> = self.given.iter().cloned().chain(own).collect();
         let case = Case::load_with(case, self.preset, &overrides)
             .map_err(|e| Failure::Input(e.to_string()))?;
-        if let Some(there) = machine_memory().filter(|there| case.memory() > *there) {
-            let parts = case.memory_of().into_iter();
+        if let Some(there) = machine_memory().filter(|there| size::memory(&case) > *there) {
+            let parts = size::memory_of(&case).into_iter();
             let largest = parts.max_by(|a, b| a.0.total_cmp(&b.0));
             return Err(Failure::Input(format!(
                 "the case needs about {:.1} GB of memory, and this machine has {:.1} GB: take {}",
-                case.memory() / 1e9,
+                size::memory(&case) / 1e9,
                 there / 1e9,
                 largest.map_or("less of everything", |(_, advice)| advice)
             )));

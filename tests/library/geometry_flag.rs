@@ -2,6 +2,7 @@
 
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Flag, Preset, Problem};
+use fsi_driver::geometry;
 use fsi_driver::geometry::PolyMesh;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
@@ -53,8 +54,8 @@ fn gap(flag: &Flag) -> f64 {
 #[test]
 fn the_cells_fill_the_channel_around_cylinder_and_flag() {
     for flag in flags() {
-        let mesh = flag.fluid_mesh();
-        assert_eq!(mesh.cells(), flag.cells());
+        let mesh = geometry::flag::fluid_mesh(&flag);
+        assert_eq!(mesh.cells(), geometry::flag::cells(&flag));
         assert!(mesh.cell_volumes().iter().all(|&volume| volume > 0.0));
         let solid = PI * flag.cylinder_radius.powi(2) + flag.length * flag.thickness + gap(&flag);
         let exact = (flag.channel_length * flag.channel_height - solid) * flag.depth;
@@ -90,7 +91,7 @@ fn the_cells_fill_the_channel_around_cylinder_and_flag() {
 #[test]
 fn neighbouring_cells_are_of_similar_size_and_small_at_the_flag() {
     let [flag, _] = flags();
-    let mesh = flag.fluid_mesh();
+    let mesh = geometry::flag::fluid_mesh(&flag);
     let volumes = mesh.cell_volumes();
     for (face, &neighbour) in mesh.neighbour.iter().enumerate() {
         let ratio = volumes[mesh.owner[face]] / volumes[neighbour];
@@ -110,7 +111,10 @@ fn neighbouring_cells_are_of_similar_size_and_small_at_the_flag() {
 #[test]
 fn the_wet_surface_of_the_fluid_is_that_of_the_solid() {
     for flag in flags() {
-        let (fluid, solid) = (flag.fluid_mesh(), flag.solid_mesh());
+        let (fluid, solid) = (
+            geometry::flag::fluid_mesh(&flag),
+            geometry::flag::solid_mesh(&flag),
+        );
         let (end, middle, half) = (flag.end(), flag.cylinder_y, 0.5 * flag.thickness);
         let begin = flag.cylinder_x + (flag.cylinder_radius.powi(2) - half * half).sqrt();
         for p in points_of(&fluid, "wallFsi") {

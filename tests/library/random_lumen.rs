@@ -1,5 +1,6 @@
 //! A lumen with random radii: one vessel for the wall and both fluids, nothing outside its part, and what is refused.
 
+use fsi_driver::analysis::random_lumen;
 use fsi_driver::case::{BloodVessel, Case, Preset, ResolvedCase};
 use fsi_driver::fluid::Fluid;
 use fsi_driver::fluid::native::NativeFluid;
@@ -200,7 +201,7 @@ fn each_mode_is_an_input() {
 /// What it says of itself: modes, their share of the variance, three standard deviations, the realization.
 #[test]
 fn figures_are_those_of_the_field() {
-    let figures = with_amplitudes(SOME).random_lumen_figures().unwrap();
+    let figures = random_lumen::figures(&with_amplitudes(SOME)).unwrap();
     assert_eq!(figures.modes, 14);
     assert!((0.89..0.92).contains(&figures.share), "{figures:?}");
     assert!(
@@ -213,7 +214,7 @@ fn figures_are_those_of_the_field() {
         (-0.75e-3..-0.2e-3).contains(&low) && (0.2e-3..0.75e-3).contains(&high),
         "{figures:?}"
     );
-    assert_eq!(load("", &[]).unwrap().random_lumen_figures(), None);
+    assert_eq!(random_lumen::figures(&load("", &[]).unwrap()), None);
 }
 
 /// One sentence for each mistake.
@@ -340,7 +341,7 @@ fn a_field_that_does_not_fit_the_vessel_is_refused() {
         ),
     ] {
         let case = load(&tables, &[("fluid.solver", "native")]).unwrap();
-        let mistakes = case.random_lumen_mistakes();
+        let mistakes = random_lumen::mistakes(&case);
         let found = mistakes
             .iter()
             .find(|(found, _)| *found == format!("random_lumen.{key}"));
@@ -348,9 +349,9 @@ fn a_field_that_does_not_fit_the_vessel_is_refused() {
         assert!(sentence.contains(part), "{key}: {sentence}");
     }
     let fine = load(&with(SOME), &[("fluid.solver", "native")]).unwrap();
-    assert_eq!(fine.random_lumen_mistakes(), []);
+    assert_eq!(random_lumen::mistakes(&fine), []);
     let cells = load(RANDOM, &[("fluid.mesh.axial_per_section", "4")]).unwrap();
-    let mistakes = cells.random_lumen_mistakes();
+    let mistakes = random_lumen::mistakes(&cells);
     assert_eq!(mistakes.len(), 1);
     assert!(
         mistakes[0].1.contains("fluid.mesh.axial_per_section"),

@@ -4,6 +4,7 @@ use crate::pfem_support::{Numbers, artery};
 use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::curve::{Bend, Frame, SpaceCurve};
+use fsi_driver::geometry::supports::AlongLine;
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::Options;
 use fsi_driver::pfem::supports::{AtRest, Direction, Foundation, Profile, Support};
@@ -86,7 +87,7 @@ fn springs_around_a_curve_derive_from_their_energy() {
             spring: Profile(vec![(0.0, 1e9), (6e-3, 3e9)]),
             direction,
             at_rest: AtRest::Loaded,
-            axis: Some(std::sync::Arc::new(line.clone())),
+            axis: Some(std::sync::Arc::new(AlongLine(line.clone()))),
             ..Foundation::default()
         };
         let supports = [clamped.clone(), Support::Foundation(springs)];

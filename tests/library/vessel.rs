@@ -1,6 +1,7 @@
 //! Vessels along any path: the same shape however it is described, and one sentence for each mistake.
 
 use fsi_driver::Vec3;
+use fsi_driver::analysis::size;
 use fsi_driver::case::{Case, Preset, ResolvedCase};
 use fsi_driver::geometry::{Surfaces, Vessel, fluid_mesh, solid_mesh};
 use nalgebra::Rotation3;
@@ -110,7 +111,7 @@ fn lumen_and_wall_fit_together_and_no_cell_is_inside_out() {
             .into_iter()
             .fold(f64::INFINITY, f64::min);
         assert!(smallest > 0.0, "{smallest:e}");
-        assert_eq!(fluid.cells(), case.fluid_cells());
+        assert_eq!(fluid.cells(), size::fluid_cells(&case));
         // Where the blood touches the elastic wall lies the wall's inner surface.
         let shape = Vessel::new(vessel);
         let patch = fluid

@@ -1,7 +1,9 @@
 //! OpenFOAM's own opinion of the fluid meshes: all twelve models, the presets, the flag.
 
+use fsi_driver::analysis::size;
 use fsi_driver::case::{Case, Preset, Problem};
 use fsi_driver::fluid::openfoam::Programs;
+use fsi_driver::geometry::flag;
 use fsi_driver::geometry::fluid_mesh;
 use fsi_driver::simulation::assembly::Domain;
 use std::path::Path;
@@ -35,11 +37,11 @@ fn check_with(options: &[&str], models: &Path, model: &str, preset: Preset, most
     let case = Case::load(&folder, preset, &[]).unwrap_or_else(|errors| panic!("{errors}"));
     let mesh = match &case.problem {
         Problem::Vessel(vessel) => fluid_mesh(vessel),
-        Problem::Flag(flag) => flag.fluid_mesh(),
+        Problem::Flag(flag) => flag::fluid_mesh(flag),
         Problem::UserCase(_) => Domain::new(&case).unwrap().fluid,
     };
     if case.own().is_none() {
-        assert_eq!(mesh.cells(), case.fluid_cells());
+        assert_eq!(mesh.cells(), size::fluid_cells(&case));
     }
     let scratch = tempfile::tempdir().unwrap();
     mesh.write(scratch.path()).unwrap();

@@ -3,7 +3,7 @@
 use crate::analysis::tube::TubeEnds;
 use crate::case::Material;
 use crate::case::schema::{Key, KeyTable, Schema, ValueKind, above, from, join, whole};
-use crate::case::table::table;
+use crate::case::table;
 use crate::pfem::element::surface::LoadKind;
 use crate::pfem::solution::stability::AtBifurcation;
 use crate::pfem::{Formulation, SpaceKind};

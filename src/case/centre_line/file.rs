@@ -1,7 +1,7 @@
 //! A centre-line as it stands in a file.
 
 use super::{LineFile, pth, swc, table, vtp};
-use crate::case::LengthUnit;
+use crate::LengthUnit;
 use crate::files::{Fault, fault};
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! What is known of a centre-line before a case is made of it, whatever the distances between its points.
 
 use super::CentreLine;
+use crate::LengthUnit;
 use crate::Vec3;
-use crate::case::LengthUnit;
 use crate::curve::SpaceCurve;
 use crate::files::{Fault, fault};
 use crate::interpolation::SmoothingSpline;

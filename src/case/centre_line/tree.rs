@@ -1,7 +1,7 @@
 //! The lines of a tree: each from its beginning to one of its ends, whether a file has them so or in branches.
 
 use super::{CentreLine, LineFile, file, swc, vtp};
-use crate::case::LengthUnit;
+use crate::LengthUnit;
 use crate::files::{Fault, fault};
 use std::path::Path;
 

@@ -1,8 +1,8 @@
 //! Whether the surfaces of the paper's vessel, its extension and its meshes fit together.
 
 use super::{MAX_BEND_DEG, Report, material};
-use crate::case::{Anastomosis, Case, Extension, LumenMeshes, Solver};
 use crate::interpolation::BicubicSurface;
+use crate::{Anastomosis, Case, Extension, LumenMeshes, Solver};
 use std::f64::consts::TAU;
 
 /// The imperfection must leave at least this share of the artery's inner radius.

@@ -4,7 +4,7 @@ mod line;
 mod sections;
 
 use super::{Report, material};
-use crate::case::{BloodVessel, CurvePiece, GivenShape, InletEnd, VesselDescription, VesselEnd};
+use crate::{BloodVessel, CurvePiece, GivenShape, InletEnd, VesselDescription, VesselEnd};
 
 /// What is said of a line whose bends are too sharp for the wall.
 pub const TOO_SHARP: &str = "the radius of the bend must be at least";

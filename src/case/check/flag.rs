@@ -1,7 +1,7 @@
 //! Whether cylinder, flag, channel and their meshes fit together.
 
 use super::{Report, material};
-use crate::case::{Case, Flag, Solver, SurrogateModel};
+use crate::{Case, Flag, Solver, SurrogateModel};
 
 /// Cells are at least this share of the height of the channel.
 const SMALLEST_CELL: f64 = 1e-3;

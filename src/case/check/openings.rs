@@ -1,7 +1,7 @@
 //! Whether what is prescribed where the blood enters and leaves fits together, and the files with curves can be read.
 
 use super::Report;
-use crate::case::{
+use crate::{
     BloodVessel, Case, ConditionKeys, FlowCurve, Inlet, InletCondition, Outlet, OutletCondition,
     Start, VesselSide,
 };

@@ -1,7 +1,7 @@
 //! Whether the wall of a user-supplied OpenFOAM case is described once and completely.
 
 use super::{Report, material};
-use crate::case::{
+use crate::{
     Case, Extrusion, FluidTimeScheme, GivenShape, OwnCase, OwnFluid, OwnRegion, OwnWall, Solver,
     SurrogateModel, TissueDirection, TreeKeys, WallFile, WallMode, WallSupport,
 };

@@ -1,7 +1,7 @@
 //! Whether a random lumen can be one, whatever the vessel.
 
 use super::Report;
-use crate::case::RandomLumen;
+use crate::RandomLumen;
 
 pub(super) fn check(keys: &RandomLumen, report: &mut Report<'_>) {
     const KEYS: [&str; 3] = [

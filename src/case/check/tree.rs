@@ -1,10 +1,10 @@
 //! Whether a vessel that branches is described completely.
 
 use super::Report;
+use crate::ConditionKeys;
 use crate::Vec3;
-use crate::case::ConditionKeys;
-use crate::case::tree::{BETWEEN, FAR, MAX_ENDS, WALL};
-use crate::case::{Case, InitialWall, Solver, TreeKeys, TreeLine, VesselSide};
+use crate::tree::{BETWEEN, FAR, MAX_ENDS, WALL};
+use crate::{Case, InitialWall, Solver, TreeKeys, TreeLine, VesselSide};
 
 /// Radii of vessels, m.
 const RADII: [f64; 2] = [1e-5, 0.05];

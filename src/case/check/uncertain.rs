@@ -1,10 +1,10 @@
 //! Whether uncertain inputs are of keys that the case has, and can be what the tables say.
 
 use super::Report;
-use crate::case::schema::ValueKind;
-use crate::case::stack::Stack;
-use crate::case::uncertain::{MOST_LETTERS, NOT_DEFINITE, inputs, value_of};
-use crate::case::{Case, Correlation, Uncertain, relative, spelling};
+use crate::schema::ValueKind;
+use crate::stack::Stack;
+use crate::uncertain::{MOST_LETTERS, NOT_DEFINITE, inputs, value_of};
+use crate::{Case, Correlation, Uncertain, relative, spelling};
 
 pub(super) fn check(case: &Case, stack: &Stack, report: &mut Report<'_>) {
     let mut inputs = FoundInputs::default();

@@ -1,7 +1,7 @@
 //! Whether what flows through a vessel, what surrounds it and its meshes fit together, whatever its shape.
 
 use super::{Report, anastomosis, described, openings, random_lumen};
-use crate::case::{
+use crate::{
     BloodVessel, Case, GivenShape, InletEnd, Shape, Start, SurrogateModel, TissueDirection,
     VesselEnd, VesselSide,
 };

@@ -1,10 +1,10 @@
 //! What a user has written and the case does not read has no effect, and is reported.
 
 use super::ResolvedCase;
-use crate::case::Case;
-use crate::case::conditions;
-use crate::case::error::ValuePlace;
-use crate::case::schema::is_within;
+use crate::Case;
+use crate::conditions;
+use crate::error::ValuePlace;
+use crate::schema::is_within;
 use std::collections::BTreeMap;
 use std::path::Path;
 

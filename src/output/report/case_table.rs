@@ -2,6 +2,7 @@
 
 use super::page::{escape, significant, table};
 use crate::analysis::case_figures::CaseFigures;
+use crate::analysis::size;
 use crate::case::{Case, Material, VesselSide};
 use crate::geometry::Vessel;
 use crate::output::results::Results;
@@ -164,7 +165,7 @@ fn meshes(run: &Results, rows: &mut Rows) {
     let cells = run
         .summary
         .as_ref()
-        .map_or(run.case.fluid_cells(), |summary| summary.fluid_cells);
+        .map_or(size::fluid_cells(&run.case), |summary| summary.fluid_cells);
     let size = match cells {
         0 => String::new(), // of a run that goes on, not known yet
         cells => format!("{cells} {}, ", solver.pieces()),

@@ -2,6 +2,7 @@
 
 use crate::Vec3;
 use crate::analysis::centre_line;
+use crate::analysis::size;
 use crate::case::BloodVessel;
 use crate::fluid::field::SearchableField;
 use crate::geometry::{Vessel, elastic_pieces};
@@ -85,7 +86,8 @@ impl Written {
         Ok(match &self.source {
             FlowSource::Cells(field) => {
                 let velocity = field.read()?;
-                (velocity.len() == run.case.fluid_cells()).then_some(Velocity::Cells(velocity))
+                (velocity.len() == size::fluid_cells(&run.case))
+                    .then_some(Velocity::Cells(velocity))
             }
             FlowSource::Elements(file) => {
                 let elements = SearchableField::new(fluid_fields::read(file)?);

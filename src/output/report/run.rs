@@ -8,6 +8,7 @@ use super::table::transposed;
 use super::{along, case_table, initial_state, maps, openings, quantities, resolution, scene};
 use crate::analysis;
 use crate::analysis::centre_line;
+use crate::analysis::size;
 use crate::case::{Case, TreeKeys};
 use crate::geometry::Vessel;
 use crate::hemodynamics::{Region, RegionExtent, RegionName};
@@ -26,7 +27,7 @@ pub fn page(run: &Results) -> io::Result<String> {
     let sizes = match (&run.vessel, &run.summary) {
         (Some(vessel), _) => format!(
             "{} fluid cells, structure of degree {} with {} elements",
-            run.case.fluid_cells(),
+            size::fluid_cells(&run.case),
             run.case.structure.p,
             Vessel::new(vessel).wall_elements(&vessel.structure)
         ),

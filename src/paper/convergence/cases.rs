@@ -8,7 +8,7 @@
 use crate::Vec3;
 use crate::analysis::tube::{Tube, TubeEnds, TubeGrid, nearest_vertex};
 use crate::case::Material;
-use crate::case::table::words;
+use crate::case::words;
 use crate::geometry::{HexMesh, Imperfection, irregular_tube_mesh};
 use crate::pfem::element::surface::LoadKind;
 use crate::pfem::supports::Support;

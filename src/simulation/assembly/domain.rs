@@ -6,6 +6,7 @@ mod supports;
 use crate::Vec3;
 use crate::case::{BloodVessel, Case, Flag, Material, Problem};
 use crate::curve::SpaceCurve;
+use crate::geometry::flag;
 use crate::geometry::supports as vessel_supports;
 use crate::geometry::tree::Lumen;
 use crate::geometry::{HexMesh, PolyMesh, Vessel, WallPolygons, elastic_pieces};
@@ -164,7 +165,7 @@ impl Domain {
 
     /// A flag, clamped at the cylinder, in plane strain, and the channel around it.
     fn flag(flag: &Flag, p: usize) -> Self {
-        let fluid = flag.fluid_mesh();
+        let fluid = flag::fluid_mesh(flag);
         let held: &[&str] = match flag.rigid {
             true => &["start", "wet"],
             false => &["start"],
@@ -176,7 +177,7 @@ impl Domain {
             fluid,
             branches: None,
             wet_patches: vec![WALL.into()],
-            solid: flag.solid_mesh(),
+            solid: flag::solid_mesh(flag),
             materials: vec![flag.solid.clone()],
             space: Space {
                 kind: SpaceKind::Trunk,

@@ -9,6 +9,7 @@ mod surrogate;
 pub(crate) mod surroundings;
 mod wave_speeds;
 
+use crate::analysis::size;
 use domain::own;
 pub use domain::{Domain, DomainError, RoundLumen};
 pub use fit::Fit;
@@ -519,7 +520,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
     };
     let mut solid = Structure::new(&domain.solid, &domain.materials, &options)?;
     fits(solid.body(), machine_memory())?;
-    if let Some(seconds) = case.fluid_seconds() {
+    if let Some(seconds) = size::fluid_seconds(case) {
         solid = solid.with_background_seconds(seconds);
     }
     Ok(match &domain.motion {

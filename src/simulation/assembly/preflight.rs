@@ -5,6 +5,7 @@ use super::surrogate::stations;
 use super::{Domain, DomainError, own, prepared, sampling, transfer};
 use crate::Vec3;
 use crate::analysis;
+use crate::analysis::{random_lumen, size};
 use crate::case::{
     Case, CaseError, CaseErrors, ConvectionScheme, FluidMesh, FluidTimeScheme, InletEnd, OwnRegion,
     Problem, ResolvedCase, Solver, Start, SurrogateModel, VesselEnd,
@@ -37,7 +38,7 @@ const COARSE_AXIAL: usize = 60;
 /// # Errors
 /// All mistakes that were found, with the keys to blame.
 pub fn check(case: &ResolvedCase) -> Result<(), CaseErrors> {
-    let random = case.random_lumen_mistakes().into_iter();
+    let random = random_lumen::mistakes(case).into_iter();
     let random: Vec<CaseError> = random.map(|(key, what)| case.mistake(key, what)).collect();
     if !random.is_empty() {
         return Err(CaseErrors(random));
@@ -367,7 +368,7 @@ fn coarse(case: &Case) -> Cow<'_, Case> {
     let mut coarse = Cow::Borrowed(case);
     if case.output.fluid_probes.is_empty()
         && let Some(vessel) = case.vessel()
-        && case.fluid_cells() > CELLS_OF_A_TRIAL
+        && size::fluid_cells(case) > CELLS_OF_A_TRIAL
     {
         let mesh = &vessel.fluid.mesh;
         let finest = FluidMesh {

@@ -2,8 +2,8 @@
 
 use super::origin;
 use crate::Vec3;
-use crate::case::VesselDescription;
-use crate::case::check::Report;
+use crate::VesselDescription;
+use crate::check::Report;
 
 /// Lengths of vessels, m.
 const LENGTHS: [f64; 2] = [1e-4, 5.0];

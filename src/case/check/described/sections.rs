@@ -3,10 +3,10 @@
 use super::line::RADII;
 use super::{TOO_SHARP, origin};
 use crate::Vec3;
-use crate::case::check::Report;
-use crate::case::{Feature, RIGID_SHARE, VesselDescription, VesselSection};
+use crate::check::Report;
 use crate::curve::SpaceCurve;
 use crate::interpolation::MonotoneCubic;
+use crate::{Feature, RIGID_SHARE, VesselDescription, VesselSection};
 
 /// Places along the vessel that are looked at.
 const SAMPLES: usize = 600;

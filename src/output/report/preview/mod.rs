@@ -5,6 +5,7 @@ mod cut_open;
 mod legend;
 mod tree;
 
+use crate::analysis::size;
 use cut_open::{Drawing, DrawnPart};
 
 use super::page::{Page, chart, escape, figure, gallery, line, panel, significant, table};
@@ -131,7 +132,7 @@ impl Preview {
 
 fn page(shown: &Shown<'_>, name: &str, png: &[u8], sections: &[String]) -> String {
     let case = shown.case;
-    let blood = match case.fluid_cells() {
+    let blood = match size::fluid_cells(case) {
         0 => "0 cells".into(), // of a solver that brings its own
         cells => format!("{cells} {}", case.fluid.solver.pieces()),
     };
@@ -141,10 +142,10 @@ fn page(shown: &Shown<'_>, name: &str, png: &[u8], sections: &[String]) -> Strin
         case.vessel()
             .map_or(0, |keys| shown.vessel.wall_elements(&keys.structure)),
         case.structure.p,
-        case.structure_degrees_of_freedom(),
+        size::structure_degrees_of_freedom(case),
         case.steps_told(),
         case.time.step,
-        case.memory() / 1e9
+        size::memory(case) / 1e9
     );
     let mut page = Page::new(&format!("The vessel {name}"), &lead);
     let picture = format!(

@@ -5,6 +5,7 @@ use crate::Vec3;
 use crate::case::{OwnCase, TissueDirection, WallSupport};
 use crate::curve::{SpaceCurve, nearest_of};
 use crate::files::{Fault, fault};
+use crate::geometry::supports::axis_point;
 use crate::geometry::{HexMesh, is_side, outer_side_of};
 use crate::pfem::supports::{Axis, AxisPoint, Direction, Foundation, Profile, Support, guide};
 use std::sync::Arc;
@@ -16,8 +17,8 @@ struct Lines(Vec<SpaceCurve>);
 impl Axis for Lines {
     fn nearest(&self, x: &Vec3) -> AxisPoint {
         let nearest = nearest_of(self.0.iter().enumerate(), x);
-        let (line, _) = nearest.expect("a branch has a line");
-        Axis::nearest(&self.0[line], x)
+        let (_, nearest) = nearest.expect("a branch has a line");
+        axis_point(&nearest)
     }
 }
 

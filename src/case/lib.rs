@@ -13,8 +13,8 @@
 //! artery_inner_radius_m = 3.0e-3
 //! ```
 //! ```
-//! use fsi_driver::case::{Case, Preset};
-//! # fn main() -> Result<(), fsi_driver::case::CaseErrors> {
+//! use fsi_case::{Case, Preset};
+//! # fn main() -> Result<(), fsi_case::CaseErrors> {
 //! let overrides = [("time.end_s".to_owned(), "0.5".to_owned())];
 //! let case = Case::load("openfoam-case/S-0.25".as_ref(), Preset::Demo, &overrides)?;
 //! let vessel = case.anastomosis().expect("no other vessel, and no flag");
@@ -51,10 +51,10 @@ mod problem;
 mod random_lumen;
 mod relative;
 pub mod schema;
-pub(crate) mod source;
-pub(crate) mod spelling;
-pub(crate) mod stack;
-pub(crate) mod table;
+pub mod source;
+pub mod spelling;
+pub mod stack;
+pub mod table;
 mod templates;
 mod text_file;
 mod times;
@@ -63,12 +63,18 @@ mod tree_files;
 mod tree_lines;
 mod tree_lumen;
 mod uncertain;
-pub(crate) mod value;
+pub mod value;
 mod vessel;
 mod vessel_path;
 mod warnings;
 mod window;
 mod write;
+
+// For the paths that the macros of this crate write, here as in the crates that use them.
+extern crate self as fsi_case;
+
+use fsi_data::{curve, files, interpolation, polydata, tabular, uncertainty};
+use fsi_numerics::Vec3;
 
 pub use anastomosis::*;
 pub use blood::{Blood, BloodModel, Rheology};

@@ -69,10 +69,9 @@ impl FileError {
 }
 
 /// Something about the whole file, as of `format!`.
+#[macro_export]
 macro_rules! fault {
     ($($text:tt)*) => {
         $crate::files::Fault::whole(format_args!($($text)*))
     };
 }
-
-pub(crate) use fault;

@@ -4,7 +4,7 @@ mod fault;
 mod fingerprint;
 pub mod text;
 
-pub(crate) use fault::fault;
+pub use crate::fault;
 pub use fault::{Fault, FileError};
 pub use fingerprint::{FileFingerprint, FingerprintError};
 
