@@ -122,22 +122,23 @@ impl Meeting {
             lumen.surface.as_ref().map(Arc::clone),
         );
         let slicers = usual(&beside);
-        let mut best: Result<(f64, Shape), TreeError> = Err(TreeError::InsideOut(trunk.at(s)));
-        for (number, shape) in SHAPES.into_iter().enumerate() {
-            let found = Self::side_quality(&slicers, [&parent, &thin], shape);
-            match (found, &best) {
-                (Ok(quality), Ok((other, _))) if quality <= *other => {}
-                (Ok(quality), _) => best = Ok((quality, shape)),
-                // What the usual shape meets with is told.
-                (Err(error), _) if number == 0 => best = Err(error),
-                (Err(_), _) => {}
-            }
-            let enough = if number == 0 { POOR } else { GOOD };
-            if best.as_ref().is_ok_and(|(quality, _)| *quality > enough) {
-                break;
+        let quality = |shape| Self::side_quality(&slicers, [&parent, &thin], shape);
+        let [usual_shape, others @ ..] = SHAPES;
+        let usual_quality = quality(usual_shape);
+        let mut best = usual_quality.as_ref().ok().map(|q| (*q, usual_shape));
+        if best.is_none_or(|(q, _)| q <= POOR) {
+            for shape in others {
+                let found = quality(shape).ok().map(|q| (q, shape));
+                if found.map(|(q, _)| q) > best.map(|(q, _)| q) {
+                    best = found;
+                }
+                if best.is_some_and(|(q, _)| q > GOOD) {
+                    break;
+                }
             }
         }
-        best
+        // If none fits, the error is that of the usual one.
+        best.map_or_else(|| usual_quality.map(|q| (q, usual_shape)), Ok)
     }
 
     /// The scaled Jacobian of the worst cell or element around a branch of this shape at the side of another.

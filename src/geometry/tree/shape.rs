@@ -31,7 +31,7 @@ pub struct Shape {
 
 /// What is tried, in this order: the usual one, and where that is poor the others, until one is good.
 pub const SHAPES: [Shape; 5] = [
-    // For branches across their parent.
+    // The usual one.
     Shape {
         foot: 1.0,
         climb: 0.0,
@@ -44,7 +44,7 @@ pub const SHAPES: [Shape; 5] = [
         bottom: [0.45, 0.5],
         cut: 1.0,
     },
-    // At 30°, up to 0.4 of the parent's radius.
+    // Found for 30° and up to 0.4 of the parent's radius.
     Shape {
         foot: 1.0,
         climb: 0.28,
@@ -57,7 +57,7 @@ pub const SHAPES: [Shape; 5] = [
         bottom: [0.35, 0.68],
         cut: 1.9,
     },
-    // At 35° to 45°, 0.6 of the parent's radius.
+    // Found for 35° to 45° and 0.6 of the parent's radius: there the usual one is mostly good enough.
     Shape {
         foot: 0.95,
         climb: 0.1,
@@ -70,7 +70,7 @@ pub const SHAPES: [Shape; 5] = [
         bottom: [0.49, 0.72],
         cut: 1.17,
     },
-    // At 30°, 0.5 and 0.6 of the parent's radius.
+    // Found for 30°, 0.5 and 0.6 of the parent's radius.
     Shape {
         foot: 0.97,
         climb: 0.52,

@@ -504,11 +504,7 @@ fn extruded_with(
                 None => (layers.thicknesses[layer], layers.thicknesses),
             };
             let lost = (healthy.quads.points[point] - points[point]).norm();
-            let thicker = match lost > 0.0 {
-                true => lost * all[layer] / all.iter().sum::<f64>(),
-                false => 0.0,
-            };
-            size * factors[point] + thicker
+            size * factors[point] + lost * all[layer] / all.iter().sum::<f64>()
         })
     };
     let region = |name: &String| {
