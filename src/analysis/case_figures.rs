@@ -18,7 +18,7 @@ pub struct CaseFigures {
     pub length: f64,
     /// The flow, if one is prescribed.
     pub flow: Option<FlowFigures>,
-    /// Pressures in the periodic state, without the vessel's own compliance.
+    /// Pressures in the periodic state.
     pub pressures: Option<Pressures>,
     /// Womersley number of the mean radius and the beat.
     pub womersley: f64,
@@ -73,7 +73,10 @@ impl CaseFigures {
         let nu = case.blood.viscosity / case.blood.density;
         let inlet = keys.prescribed_at(VesselSide::Start, case.time.period);
         let flow = (inlet.ok()?.flow()).map(|curve| FlowFigures::new(curve, radii, nu));
-        let pressures = Pressures::expected(keys, case.time.period).ok()?;
+        let expected = |own: f64| Pressures::expected(keys, case.time.period, own).ok();
+        let without = expected(0.0)?;
+        let own = tube_law::compliance(case, [without.lowest, without.highest]);
+        let pressures = expected(own)?;
         let walls = tube_law::of_sections(case);
         let wall = |(section, law): &(_, TubeLaw)| {
             TubeFigures::new(section, law, &pressures, case.blood.density)

@@ -13,12 +13,12 @@ const MOST_PERIODS: usize = 1000;
 const STEADY: f64 = 1e-6;
 
 impl Pressures {
-    /// Those to expect in a vessel, in the periodic state of beats of `period` (s) and without the vessel's own
-    /// compliance: of what is prescribed at the outlet for the flow, or of the pressure at the inlet.
+    /// Those to expect in a vessel of the compliance `own` (m³/Pa), in the periodic state of beats of `period` (s): of
+    /// what is prescribed at the outlet for the flow, or of the pressure at the inlet.
     ///
     /// # Errors
     /// If a curve cannot be read.
-    pub fn expected(vessel: &BloodVessel, period: f64) -> Result<Self, TableError> {
+    pub fn expected(vessel: &BloodVessel, period: f64, own: f64) -> Result<Self, TableError> {
         let times = (0..STEPS).map(|i| period * i as f64 / STEPS as f64);
         let [inlet, outlet] = [
             vessel.prescribed_at(VesselSide::Start, period)?,
@@ -46,7 +46,7 @@ impl Pressures {
         if proximal == 0.0 {
             let two = TwoElements {
                 resistance,
-                compliance,
+                compliance: compliance + own,
             };
             return Ok(two.pressures(&curve));
         }
@@ -54,7 +54,7 @@ impl Pressures {
             proximal,
             resistance,
             compliance,
-            vessel: 0.0,
+            vessel: own,
         };
         Ok(all.pressures(&curve))
     }

@@ -4,8 +4,8 @@ use crate::case::{Case, FluidMesh, Problem, Solver, WallMesh};
 use crate::curve::SpaceCurve;
 use crate::geometry::{Span, Vessel, flag};
 
-/// Cells or elements in a slice of a vessel whose cross-section has `core` of them across its middle, and `radial` layers
-/// around that.
+/// Cells or elements in a slice of a vessel whose cross-section has `core` of them across its middle, and `radial`
+/// layers around that.
 fn of_slice(core: usize, radial: usize) -> usize {
     core * (core + 4 * radial)
 }

@@ -10,6 +10,7 @@ use crate::case::{BloodVessel, Case, GivenShape, Material, TissueDirection};
 use crate::geometry::{Section, Vessel};
 use crate::pfem::material::{HyperelasticMaterial, Law, WallAxes};
 use crate::quadrature::Rule;
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 /// Gauss points through a layer.
@@ -168,6 +169,13 @@ impl TubeLaw {
         Some(0.5 * (narrow + wide))
     }
 
+    /// Area that the lumen gains between two pressures (Pa), per pressure, m²/Pa; `None` if the tube does not stand up to
+    /// them.
+    pub fn compliance(&self, [lowest, highest]: [f64; 2]) -> Option<f64> {
+        let [narrow, wide] = [self.radius(lowest)?, self.radius(highest)?];
+        Some(PI * (wide.powi(2) - narrow.powi(2)) / (highest - lowest))
+    }
+
     /// Speed of pulse waves (m/s) under a pressure (Pa) in blood of this density (kg/m³), the wall held along its axis:
     /// Bramwell and Hill (1922), `c² = (A/ρ) dp/dA`.
     pub fn wave_speed(&self, pressure: f64, density: f64) -> Option<f64> {
@@ -216,6 +224,15 @@ pub fn of_sections(case: &Case) -> Vec<(Section, TubeLaw)> {
     let laws = sections
         .filter_map(|section| Some((section.clone(), TubeLaw::of(vessel, &geometry, section)?)));
     laws.collect()
+}
+
+/// Compliance of a case's vessel between two pressures (Pa), as that of the tubes that its sections are, m³/Pa; without
+/// those that do not stand up to them.
+pub fn compliance(case: &Case, pressures: [f64; 2]) -> f64 {
+    let of_section = |(section, law): (Section, TubeLaw)| {
+        Some((section.to - section.from) * law.compliance(pressures)?)
+    };
+    of_sections(case).into_iter().filter_map(of_section).sum()
 }
 
 #[cfg(test)]

@@ -260,7 +260,8 @@ mod tests {
         ] {
             std::fs::write(file, "").unwrap();
         }
-        let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/vessels");
+        let examples =
+            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/vessels");
         let put = |from: &str, to: &str| {
             std::fs::copy(examples.join(from), folder.path().join(to)).unwrap()
         };

@@ -223,7 +223,7 @@ fn of_blood(figures: &CaseFigures) -> Vec<(&'static str, String)> {
         lines.push((
             "pressure",
             format!(
-                " {:.1} mmHg on average to be expected, from {:.1} to {:.1}, without the vessel's own compliance",
+                " {:.1} mmHg on average to be expected, from {:.1} to {:.1}, the walls stretching as long tubes",
                 pressures.mean / MMHG,
                 pressures.lowest / MMHG,
                 pressures.highest / MMHG
@@ -340,7 +340,7 @@ fn bare([low, high]: [Vec3; 2]) -> String {
 
 /// How fast pulses travel in each section, under the mean pressure to expect.
 fn waves(case: &Case, vessel: &BloodVessel) -> String {
-    let Ok(expected) = Pressures::expected(vessel, case.time.period) else {
+    let Ok(expected) = Pressures::expected(vessel, case.time.period, 0.0) else {
         return String::new();
     };
     let whole = Vessel::new(vessel);
@@ -386,7 +386,7 @@ fn in_figures(case: &Case, pressed: &Pressed<'_>) -> Result<String, Failure> {
                 ConditionKeys::Windkessel { .. } => "the windkessel makes",
                 _ => "the outlet makes",
             };
-            (maker, Pressures::expected(vessel, period))
+            (maker, Pressures::expected(vessel, period, 0.0))
         }
     };
     let expected = expected.map_err(|e| Failure::Input(e.to_string()))?;

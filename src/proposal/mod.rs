@@ -24,6 +24,7 @@ use crate::tabular::units::MMHG;
 use beat::Beat;
 use changes::Changes;
 use files::VesselSizes;
+use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 use std::path::{Path, PathBuf};
 use text::Numbers;
@@ -54,6 +55,8 @@ const ADDED_MASS: f64 = 100.0;
 /// Steps of a beat, and time constants, in which a windkessel is brought into its periodic state.
 const STEPS: f64 = 2000.0;
 const BEATS: f64 = 20.0;
+/// The least compliance of a windkessel, relative to that of it and the vessel together.
+const STIFFEST: f64 = 0.05;
 /// From this Reynolds number on flow in tubes may be turbulent.
 const TURBULENT: f64 = 2000.0;
 
@@ -148,6 +151,8 @@ pub struct Proposal {
     pub with_mesh: Vec<(usize, f64)>,
     /// Those with which they have none.
     pub without_mesh: Vec<usize>,
+    /// The same case with thinner walls, whose shares of the radius are these, if the thickness was not given.
+    thinner: VecDeque<(f64, String)>,
 }
 
 /// Why there is no proposal.
@@ -248,6 +253,7 @@ impl Proposal {
             way: None,
             with_mesh: Vec::new(),
             without_mesh: Vec::new(),
+            thinner: VecDeque::new(),
         })
     }
 }
@@ -256,7 +262,7 @@ impl Proposal {
     /// Of a vessel that branches, the same case with the next thinner wall, whose share of the radius is returned; none
     /// if its thickness was given, or there is no thinner one.
     pub fn make_thinner(&mut self) -> Option<f64> {
-        let (text, share) = tree::thinner(&self.text)?;
+        let (share, text) = self.thinner.pop_front()?;
         self.text = text;
         Some(share)
     }
@@ -322,9 +328,23 @@ struct Windkessel {
     resistance: f64,
     compliance: f64,
     proximal: Option<f64>,
+    /// Share of the vessel in the compliance of both.
+    own: f64,
     /// Its mean pressure in the periodic state, Pa.
     mean: f64,
     start: f64,
+}
+
+impl Windkessel {
+    /// What the vessel itself stores, in words.
+    fn of_vessel(&self) -> String {
+        match (100.0 * self.own).round() {
+            0.0 => String::new(),
+            share => {
+                format!("; the vessel itself has {share} % of the compliance (tubes of its radii)")
+            }
+        }
+    }
 }
 
 /// What meshes and times follow from.
@@ -419,11 +439,13 @@ impl Figures {
         Ok((figures, remarks))
     }
 
-    /// The windkessel for 80 to 120 mmHg, with the pressure at t = 0 from which a ramp of this duration (s) leads into
-    /// its periodic state, the blood left out that fills the vessel meanwhile.
+    /// The windkessel for 80 to 120 mmHg downstream of a vessel of the compliance `vessel` (m³/Pa), with the pressure at
+    /// t = 0 from which a ramp of this duration (s) leads into its periodic state, without the blood that fills the
+    /// vessel meanwhile.
     ///
-    /// A flow that is too steady for these pressures gets their mean; without a mean flow there is none.
-    fn windkessel(&self, ramp: f64, is_rcr: bool) -> Option<Windkessel> {
+    /// A flow that is too steady for these pressures gets their mean; without a mean flow there is none. A vessel that
+    /// is too soft for them gets a windkessel of [`STIFFEST`].
+    fn windkessel(&self, ramp: f64, is_rcr: bool, vessel: f64) -> Option<Windkessel> {
         let [low, high] = PRESSURES.map(|p| p * MMHG);
         let mut found = match TwoElements::between(low, high, &self.curve, 0.0) {
             Ok(found) => found,
@@ -436,16 +458,19 @@ impl Figures {
             }
             Err(_) => return None,
         };
+        let left = (1.0 - vessel / found.compliance).max(STIFFEST);
+        let vessel = vessel.min((1.0 - STIFFEST) * found.compliance);
+        found.compliance *= left;
         let mut proximal = None;
         for share in PROXIMAL.into_iter().filter(|_| is_rcr) {
             let before = share * found.resistance;
-            if let Ok(all) = ThreeElements::between(low, high, &self.curve, before, 0.0) {
+            if let Ok(all) = ThreeElements::between(low, high, &self.curve, before, vessel) {
                 (found.resistance, found.compliance) = (all.resistance, all.compliance);
                 proximal = Some(before);
                 break;
             }
         }
-        let tau = found.resistance * found.compliance;
+        let tau = found.resistance * (found.compliance + vessel);
         let step = self.curve.period() / STEPS;
         let march = |from: f64, to: f64, start: f64, share: &dyn Fn(f64) -> f64| {
             let steps = ((to - from) / step).ceil().max(1.0);
@@ -460,6 +485,7 @@ impl Figures {
         let periods = (BEATS * tau / self.curve.period()).ceil();
         let before = -periods * self.curve.period();
         let mean = found.pressures(&self.curve).mean;
+        let own = vessel / (found.compliance + vessel);
         let periodic = march(before, ramp, mean, &|_| 1.0);
         let rise = |t: f64| Ramp { duration: ramp }.factor(t);
         let brought = march(0.0, ramp, 0.0, &rise);
@@ -468,6 +494,7 @@ impl Figures {
             resistance: found.resistance,
             compliance: found.compliance,
             proximal,
+            own,
             mean,
             start,
         })

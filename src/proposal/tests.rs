@@ -45,18 +45,40 @@ fn what_a_vessel_is_like_makes_a_case() {
     );
 }
 
-/// As long as there is a thinner one; a given thickness stays.
+/// As long as there is a thinner one; a given thickness stays. The thinner the wall is, the less compliance is left to
+/// the windkessels.
 #[test]
 fn walls_of_trees_become_thinner_step_by_step() {
-    let mut text = format!("a\n{}\nb", tree::thickness_line(0.2));
-    let mut shares = Vec::new();
-    while let Some((thinner, share)) = tree::thinner(&text) {
-        assert!(
-            thinner.contains(&format!("thicknesses = [{share}] # of")),
-            "{thinner}"
-        );
-        (text, shares) = (thinner, [&shares[..], &[share]].concat());
+    let lines = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/examples/trees/carotid/lines.vtp"
+    );
+    let mut input = ProposalInput {
+        line: Some(lines.into()),
+        unit: Some(LengthUnit::Millimetre),
+        ..ProposalInput::default()
+    };
+    let compliance = |proposal: &Proposal| -> f64 {
+        let lines = proposal.text.lines();
+        let values = lines.filter_map(|line| line.strip_prefix("compliance_m3_Pa = "));
+        values.map(|value| value.parse::<f64>().unwrap()).sum()
+    };
+    let mut made = Proposal::new(&input).unwrap();
+    let (mut shares, mut left) = (vec![0.2], vec![compliance(&made)]);
+    while let Some(share) = made.make_thinner() {
+        let line = format!("\nthicknesses = [{share}] # of the radius");
+        assert!(made.text.contains(&line), "{}", made.text);
+        shares.push(share);
+        left.push(compliance(&made));
     }
-    assert_eq!(shares, [0.15, 0.1, 0.07, 0.05]);
-    assert!(tree::thinner("thicknesses_m = [7e-4] # or thicknesses").is_none());
+    assert_eq!(shares, [0.2, 0.15, 0.1, 0.07, 0.05]);
+    assert!(left.is_sorted_by(|thick, thin| thick > thin), "{left:?}");
+    input.thickness = Some(7e-4);
+    let mut given = Proposal::new(&input).unwrap();
+    assert!(
+        given.text.contains("thicknesses_m = [7e-4]"),
+        "{}",
+        given.text
+    );
+    assert_eq!(given.make_thinner(), None);
 }

@@ -2,7 +2,8 @@
 
 use super::beat::fitting;
 use super::files::{VesselSizes, rounded};
-use super::{Figures, Like, ProposalInput, STEP, THICKNESS, Windkessel};
+use super::{Figures, Like, PRESSURES, ProposalInput, STEP, THICKNESS, Windkessel};
+use crate::analysis::tube_law;
 use crate::case::{LengthUnit, ResolvedCase};
 use crate::tabular::units::MMHG;
 use fsi_numerics::twelve_digits;
@@ -51,8 +52,10 @@ impl Numbers {
     }
 
     pub fn choose(&mut self, case: &ResolvedCase, figures: &Figures, input: &ProposalInput) {
-        self.windkessel = figures.windkessel(case.ramp.duration, input.is_rcr);
-        let from_rest = figures.windkessel(FAST_RAMP * self.period, input.is_rcr);
+        let own = tube_law::compliance(case, PRESSURES.map(|p| p * MMHG));
+        let of_ramp = |ramp: f64| figures.windkessel(ramp, input.is_rcr, own);
+        self.windkessel = of_ramp(case.ramp.duration);
+        let from_rest = of_ramp(FAST_RAMP * self.period);
         self.fast_start = from_rest.map(|found| found.start);
         if let Some(vessel) = case.vessel() {
             let mesh = &vessel.fluid.mesh;
@@ -259,8 +262,8 @@ fn windkessel(input: &ProposalInput, numbers: &Numbers, text: &mut String) {
     if let Some(found) = &numbers.windkessel {
         let _ = write!(
             text,
-            "\n[windkessel] # for 80 to 120 mmHg of this flow, the vessel's own compliance left out\nresistance_Pa_s_m3 = \
-             {:e}\ncompliance_m3_Pa = {:e}\n",
+            "\n[windkessel] # for 80 to 120 mmHg of this flow{}\nresistance_Pa_s_m3 = {:e}\ncompliance_m3_Pa = {:e}\n",
+            found.of_vessel(),
             rounded(found.resistance),
             rounded(found.compliance)
         );

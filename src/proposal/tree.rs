@@ -5,15 +5,21 @@ use super::ends::{Ends, MURRAY, branch_name};
 use super::files::rounded;
 use super::smoothing::Smoothing;
 use super::text::{FLOW, flow_file, name};
-use super::{Figures, Like, Proposal, ProposalError, ProposalInput, impossible, sac, told};
-use crate::case::{
-    Case, FlowCurve, Inflow, LengthUnit, LineReading, MAX_ENDS, Preset, ResolvedCase, lines_of_tree,
+use super::{
+    Figures, Like, PRESSURES, Proposal, ProposalError, ProposalInput, impossible, sac, told,
 };
+use crate::analysis::tube_law::TubeLaw;
+use crate::case::{
+    Case, FlowCurve, Inflow, LengthUnit, LineReading, MAX_ENDS, Material, Preset, ResolvedCase,
+    lines_of_tree,
+};
+use crate::curve::nearest_of;
 use crate::geometry::tree::{Tree, TreeMistake};
 use crate::polydata::PolyData;
 use crate::tabular::units::MMHG;
 use fsi_numerics::quadrature::Rule;
 use fsi_numerics::twelve_digits;
+use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -23,6 +29,10 @@ use std::path::{Path, PathBuf};
 const THICKNESSES: [f64; 5] = [0.2, 0.15, 0.1, 0.07, 0.05];
 /// Shear modulus of the wall (Pa), which is nearly incompressible.
 const SHEAR: f64 = 2.5e5;
+/// Its bulk modulus, Pa.
+const BULK: f64 = 1e7;
+/// Steps between the smallest and the largest radius of a tree for which the compliance of a tube is computed.
+const RADII: usize = 8;
 /// Stiffness of the tissue around the wall, as a share of that with which the wall itself resists a change of radius.
 /// In proportion to that, vessels of all sizes are as far from buckling, and their bends move by the same share of the
 /// radius: with the same springs as around a carotid, cerebral arteries have no equilibrium.
@@ -144,7 +154,8 @@ fn of_ends(
         }
         files.push((name.into_owned(), path.clone()));
     }
-    let text = |smoothing| text(input, unit, &ends, (pulse, smoothing), &figures);
+    let text =
+        |smoothing, wall: &Wall| text(input, unit, &ends, (pulse, smoothing), wall, &figures);
     let refused = |mistake: TreeMistake| {
         let smoother = match tried.len() {
             1 => "",
@@ -157,11 +168,25 @@ fn of_ends(
         );
         ProposalError::Input(reason)
     };
-    let found = with_mesh(input, &files, &tried, text, refused)?;
+    let walls: Vec<Wall> = match input.thickness {
+        Some(thickness) => vec![Wall::new(Thickness::Metres(thickness), input, &figures)],
+        None => THICKNESSES
+            .map(|share| Wall::new(Thickness::Share(share), input, &figures))
+            .into(),
+    };
+    let found = with_mesh(input, &files, &tried, |way| text(way, &walls[0]), refused)?;
     remarks.extend(found.smoothing.remark(input, unit, &ends));
     remarks.extend(found.remarks);
+    let texts = walls.into_iter().map(|mut wall| {
+        wall.compliance = found.lumen.compliance(&wall);
+        let text = with_native_length(text(found.smoothing, &wall), found.native_length);
+        (wall.share(), text)
+    });
+    let mut thinner: VecDeque<(f64, String)> = texts.collect();
+    let (_, text) = thinner.pop_front().expect("there is one wall at least");
     Ok(Proposal {
-        text: found.text,
+        text,
+        thinner,
         files,
         remarks,
         way: found.smoothing.way,
@@ -222,10 +247,12 @@ fn few_enough(input: &ProposalInput, unit: LengthUnit, ends: &Ends) -> String {
     })
 }
 
-/// A case whose lines have a mesh.
+/// How lines are smoothed so that they have a mesh.
 struct Meshed {
-    text: String,
     smoothing: Smoothing,
+    lumen: MeshedLumen,
+    /// Length (radii) of the driver's own elements, if it is not the usual one.
+    native_length: Option<f64>,
     /// What is to be said of it.
     remarks: Vec<String>,
     /// The ways of smoothing that were tried and lead to a mesh, with its smallest scaled Jacobian.
@@ -239,8 +266,8 @@ struct Best {
     smoothing: Smoothing,
     /// The smallest scaled Jacobian of a cell.
     worst: f64,
-    /// Text, case, and the mesh in words, unless only how good it is was known before.
-    case: Option<(String, ResolvedCase, String)>,
+    /// Case and mesh, unless only how good it is was known before.
+    case: Option<(ResolvedCase, MeshedLumen)>,
 }
 
 /// The case whose lines have a mesh as they are, or the first one with a good one, or else the best, of those smoothed
@@ -257,11 +284,10 @@ fn with_mesh(
         std::fs::copy(path, trial.path().join(name))
             .map_err(|error| ProposalError::Input(format!("{}: {error}", path.display())))?;
     }
-    let made = |smoothing| -> Result<(String, ResolvedCase), ProposalError> {
+    let made = |smoothing| -> Result<ResolvedCase, ProposalError> {
         let text = text(smoothing);
         let load = |preset| super::load(trial.path(), &text, input, preset);
-        let case = load(Preset::Paper).and_then(|_| load(Preset::Demo))?;
-        Ok((text, case))
+        load(Preset::Paper).and_then(|_| load(Preset::Demo))
     };
     let mut first = None;
     let mut best: Option<Best> = None;
@@ -274,7 +300,7 @@ fn with_mesh(
         let (worst, case) = if let Some((_, worst)) = known {
             (*worst, None)
         } else {
-            let (text, case) = match made(smoothing) {
+            let case = match made(smoothing) {
                 Ok(made) => made,
                 // Smoother lines may leave the surface.
                 Err(ProposalError::Case(_)) if !smoothing.is_none() && tried.len() > 1 => {
@@ -283,8 +309,8 @@ fn with_mesh(
                 }
                 Err(error) => return Err(error),
             };
-            match meshed(&case) {
-                Ok((worst, mesh)) => (worst, Some((text, case, mesh))),
+            match MeshedLumen::of(&case) {
+                Ok(lumen) => (lumen.worst, Some((case, lumen))),
                 Err(mistake) if !mistake.is_of_shape() => return Err(refused(mistake)),
                 Err(mistake) => {
                     without_mesh.extend(smoothing.way);
@@ -310,19 +336,21 @@ fn with_mesh(
         (None, Some(first)) => return Err(refused(first)),
         (None, None) => return Err("all ways of smoothing the lines were tried".into()),
     };
-    let (text, case, mesh) = match best.case {
+    let (case, lumen) = match best.case {
         Some(found) => found,
         None => {
-            let (text, case) = made(best.smoothing)?;
-            let (_, mesh) = meshed(&case).map_err(refused)?;
-            (text, case, mesh)
+            let case = made(best.smoothing)?;
+            let lumen = MeshedLumen::of(&case).map_err(refused)?;
+            (case, lumen)
         }
     };
-    let (text, elements) = with_elements(&case, text);
+    let (native_length, elements) = native_length(&case);
+    let remarks = [Some(lumen.words.clone()), elements];
     Ok(Meshed {
-        text,
         smoothing: best.smoothing,
-        remarks: [Some(mesh), elements].into_iter().flatten().collect(),
+        native_length,
+        remarks: remarks.into_iter().flatten().collect(),
+        lumen,
         with_mesh,
         without_mesh,
     })
@@ -442,60 +470,187 @@ fn viscosity_of_defaults() -> Result<f64, ProposalError> {
     Ok(case.blood.viscosity / case.blood.density)
 }
 
-/// How well the lumen of a case is meshed: the smallest scaled Jacobian, and in words.
-fn meshed(case: &ResolvedCase) -> Result<(f64, String), TreeMistake> {
-    let tree = case.tree().expect("the text has a tree");
-    let meshes = Tree::meshes(tree)?;
-    let (worst, x) = meshes.worst;
-    let flat = match worst < FLAT {
-        true => format!(
-            ", at ({:.4}, {:.4}, {:.4}) m: nearly flat, expect many iterations or a run that fails; smoother lines (--smoothing) or fewer \
-             branches (--leave-out) help",
-            x.x, x.y, x.z
-        ),
-        false => String::new(),
-    };
-    let notes: String = (meshes.notes.iter())
-        .map(|note| format!("\n          {note}"))
-        .collect();
-    let words = format!(
-        "mesh      {} branches; demo has {} cells, whose smallest scaled Jacobian is {worst:.2}{flat}{notes}",
-        meshes.lines.len(),
-        meshes.outside.cells()
-    );
-    Ok((worst, words))
+/// The lumen of a case in cells.
+struct MeshedLumen {
+    /// The smallest scaled Jacobian.
+    worst: f64,
+    /// How well it is meshed.
+    words: String,
+    /// Area (m²) of each face of the wall, and radius (m) of the lumen there.
+    faces: Vec<[f64; 2]>,
 }
 
-/// The case with elements of the driver's own fluid that are not inside out, and what is to be said of them.
-fn with_elements(case: &ResolvedCase, text: String) -> (String, Option<String>) {
-    let Some(keys) = case.tree() else {
-        return (text, None);
-    };
+impl MeshedLumen {
+    fn of(case: &ResolvedCase) -> Result<Self, TreeMistake> {
+        let tree = case.tree().expect("the text has a tree");
+        let meshes = Tree::meshes(tree)?;
+        let (worst, x) = meshes.worst;
+        let flat = match worst < FLAT {
+            true => format!(
+                ", at ({:.4}, {:.4}, {:.4}) m: nearly flat, expect many iterations or a run that fails; smoother lines (--smoothing) or \
+                 fewer branches (--leave-out) help",
+                x.x, x.y, x.z
+            ),
+            false => String::new(),
+        };
+        let notes: String = (meshes.notes.iter())
+            .map(|note| format!("\n          {note}"))
+            .collect();
+        let words = format!(
+            "mesh      {} branches; demo has {} cells, whose smallest scaled Jacobian is {worst:.2}{flat}{notes}",
+            meshes.lines.len(),
+            meshes.outside.cells()
+        );
+        let mut faces = Vec::new();
+        for wall in tree.walls() {
+            let patch = meshes.surface.patch(&wall);
+            let of_patch = patch.map_or(0..0, |patch| patch.start..patch.start + patch.size);
+            let line = meshes.lines.iter().filter(|(patch, _)| *patch == wall);
+            let lines: Vec<_> = line.map(|(_, line)| line).collect();
+            for face in of_patch {
+                let (middle, area) = meshes.surface.face_geometry(face);
+                if let Some((_, nearest)) = nearest_of(lines.iter().copied().enumerate(), &middle) {
+                    faces.push([area.norm(), (middle - nearest.frame.origin).norm()]);
+                }
+            }
+        }
+        Ok(Self {
+            worst,
+            words,
+            faces,
+        })
+    }
+
+    /// Compliance with this wall, as if each face were that of a long tube, m³/Pa.
+    fn compliance(&self, wall: &Wall) -> f64 {
+        let ends = (self.faces.iter()).fold([f64::INFINITY, 0.0f64], |[low, high], [_, radius]| {
+            [low.min(*radius), high.max(*radius)]
+        });
+        // What a tube of the radius 1 gains depends on the radius but little.
+        let ratio = (ends[1] / ends[0]).powf(1.0 / RADII as f64);
+        let radii: Vec<f64> = (0..=RADII)
+            .map(|i| ends[0] * ratio.powi(i as i32))
+            .collect();
+        let gains: Vec<f64> = radii.iter().map(|radius| wall.area_gain(*radius)).collect();
+        let of_face = |[area, radius]: &[f64; 2]| {
+            let place = (radius / ends[0]).ln() / ratio.ln().max(f64::MIN_POSITIVE);
+            let i = (place as usize).min(RADII - 1);
+            let gain = gains[i] + (place - i as f64) * (gains[i + 1] - gains[i]);
+            // The face of a tube of the length area/(2 π r).
+            area * radius * gain / TAU
+        };
+        self.faces.iter().map(of_face).sum()
+    }
+}
+
+/// Thickness of a wall.
+#[derive(Debug, Clone, Copy)]
+enum Thickness {
+    /// Relative to the radius.
+    Share(f64),
+    /// In metres.
+    Metres(f64),
+}
+
+/// A wall that is proposed.
+#[derive(Debug)]
+struct Wall {
+    thickness: Thickness,
+    /// Stiffness of the tissue around it, Pa/m.
+    springs: f64,
+    /// Pressure under which the vessel has the shape of the files, Pa.
+    pressure: f64,
+    /// Compliance of the vessel, m³/Pa.
+    compliance: f64,
+}
+
+impl Wall {
+    fn new(thickness: Thickness, input: &ProposalInput, figures: &Figures) -> Self {
+        let radius = figures.radii[1];
+        let thick = input.thickness.unwrap_or(THICKNESSES[0] * radius);
+        Self {
+            thickness,
+            // Young's modulus is three times the shear modulus.
+            springs: rounded(TISSUE * 3.0 * SHEAR * thick / radius.powi(2)),
+            pressure: pressure(input),
+            compliance: 0.0,
+        }
+    }
+
+    /// The thickness relative to the radius, if it is given so.
+    fn share(&self) -> f64 {
+        match self.thickness {
+            Thickness::Share(share) => share,
+            Thickness::Metres(_) => f64::NAN,
+        }
+    }
+
+    /// The key of the thickness.
+    fn line(&self) -> String {
+        match self.thickness {
+            Thickness::Share(share) => {
+                format!("thicknesses = [{share}] # of the radius; or thicknesses_m, in metres")
+            }
+            Thickness::Metres(thickness) => {
+                format!("thicknesses_m = [{thickness:e}] # or thicknesses, as shares of the radius")
+            }
+        }
+    }
+
+    /// Area that a vessel of this radius (m) gains between the pressures that are aimed at, relative to the square of
+    /// its radius and per pressure, 1/Pa; 0 if it does not stand up to them.
+    fn area_gain(&self, radius: f64) -> f64 {
+        let share = match self.thickness {
+            Thickness::Share(share) => share,
+            Thickness::Metres(thickness) => thickness / radius,
+        };
+        let material = Material::NeoHooke {
+            mu: SHEAR,
+            kappa: BULK,
+            viscosity: None,
+        };
+        let loaded = TubeLaw::of_layers(&[(&material, share)], 1.0, self.springs * radius);
+        let tube = loaded.unloaded(self.pressure);
+        let gain = tube.and_then(|tube| tube.compliance(PRESSURES.map(|p| p * MMHG)));
+        gain.unwrap_or(0.0)
+    }
+}
+
+/// Length (radii) of the driver's own elements with which none is inside out, if the usual one is too long, and what is
+/// to be said of them.
+fn native_length(case: &ResolvedCase) -> (Option<f64>, Option<String>) {
+    let keys = case.tree().expect("the text has a tree");
     let nodes = Rule::gauss_lobatto(keys.elements().degree() + 1).points;
     let mistake = match Tree::of_elements(keys, &nodes) {
-        Ok(_) => return (text, None),
+        Ok(_) => return (None, None),
         Err(mistake) => mistake,
     };
-    let is_whole = |length: &&f64| {
+    let is_whole = |length: &f64| {
         let mut keys = keys.clone();
-        keys.native.get_or_insert_default().length = Some(**length);
+        keys.native.get_or_insert_default().length = Some(*length);
         Tree::of_elements(&keys, &nodes).is_ok()
     };
-    let Some(length) = SHORTER.iter().find(is_whole) else {
-        let warning = format!(
+    let length = SHORTER.into_iter().find(is_whole);
+    let words = match length {
+        Some(length) => format!(
+            "elements  of the driver's own fluid are {length} radii long (tree.native.length): with 1, some would be inside out"
+        ),
+        None => format!(
             "warning: the driver's own elements (--fluid native) have no mesh here, OpenFOAM's cells do: {mistake}"
-        );
-        return (text, Some(warning));
+        ),
+    };
+    (length, Some(words))
+}
+
+/// A case with elements of the driver's own fluid of this length (radii), if it is given.
+fn with_native_length(text: String, length: Option<f64>) -> String {
+    let Some(length) = length else {
+        return text;
     };
     let line = format!(
         "{CELL_LENGTH}native.length = {length} # of an element of the driver's own fluid\n"
     );
-    (
-        text.replace(CELL_LENGTH, &line),
-        Some(format!(
-            "elements  of the driver's own fluid are {length} radii long (tree.native.length): with 1, some would be inside out"
-        )),
-    )
+    text.replace(CELL_LENGTH, &line)
 }
 
 fn text(
@@ -503,6 +658,7 @@ fn text(
     unit: LengthUnit,
     ends: &Ends,
     (pulse, smoothing): ([f64; 2], Smoothing),
+    wall: &Wall,
     figures: &Figures,
 ) -> String {
     let period = figures.curve.period();
@@ -571,22 +727,19 @@ fn text(
             let _ = writeln!(text, "\n[[tree.line]]\nname = {line}\nfile = {file}");
         }
     }
-    openings(input, ends, &quoted, pulse, figures, &mut text);
-    let thickness = match input.thickness {
-        None => thickness_line(THICKNESSES[0]),
-        Some(thickness) => {
-            format!("thicknesses_m = [{thickness:e}] # or thicknesses, as shares of the radius")
-        }
-    };
-    let pressure = pressure(input);
-    let radius = ends.range[1];
-    let thick = input.thickness.unwrap_or(THICKNESSES[0] * radius);
-    // Young's modulus is three times the shear modulus.
-    let springs = rounded(TISSUE * 3.0 * SHEAR * thick / radius.powi(2));
+    openings(
+        input,
+        ends,
+        &quoted,
+        (pulse, wall.compliance),
+        figures,
+        &mut text,
+    );
+    let (thickness, pressure, springs) = (wall.line(), wall.pressure, wall.springs);
     let _ = write!(
         text,
         "\n[wall.extrude]\nlayers = [\"wall\"] # from the inside out\n{thickness}\nfaces_per_element = 2\n\n[[wall.material]] # put your own \
-         here\nname = \"wall\"\nmaterial = \"neo_hooke\"\nmu_Pa = {SHEAR:e}\nkappa_Pa = 1.0e7\n\n[[wall.support]] # the tissue around it: long \
+         here\nname = \"wall\"\nmaterial = \"neo_hooke\"\nmu_Pa = {SHEAR:e}\nkappa_Pa = {BULK:e}\n\n[[wall.support]] # the tissue around it: long \
          branches without would buckle\nsupport = \"springs\"\nsurfaces = [\"outer\"]\nspring_Pa_m = {springs:e} # per area: a tenth of the wall's \
          own stiffness against widening\n\n[[wall.support]]\nsupport = \
          \"clamped\"\nsurfaces = [{}]\n\n[wall.initial]\npressure_Pa = {pressure:?} # {:.0} mmHg, under which the vessel has the shape of the \
@@ -615,22 +768,6 @@ fn text(
     text
 }
 
-pub(super) fn thickness_line(share: f64) -> String {
-    format!("thicknesses = [{share}] # of the radius; or thicknesses_m, in metres")
-}
-
-/// The text of a tree with the next thinner wall, and that one's share of the radius; none if its thickness was given,
-/// or there is no thinner one.
-pub(super) fn thinner(text: &str) -> Option<(String, f64)> {
-    let mut pairs = THICKNESSES.windows(2);
-    let is_this = |pair: &&[f64]| text.contains(&thickness_line(pair[0]));
-    let &[this, next] = pairs.find(is_this)? else {
-        return None;
-    };
-    let text = text.replace(&thickness_line(this), &thickness_line(next));
-    Some((text, next))
-}
-
 /// Pressure of the shape of the files, Pa.
 fn pressure(input: &ProposalInput) -> f64 {
     input.loaded.unwrap_or_else(|| rounded(LOADED * MMHG))
@@ -640,7 +777,7 @@ fn openings(
     input: &ProposalInput,
     ends: &Ends,
     quoted: &[String],
-    [base, amplitude]: [f64; 2],
+    ([base, amplitude], compliance): ([f64; 2], f64),
     figures: &Figures,
     text: &mut String,
 ) {
@@ -661,7 +798,7 @@ fn openings(
             );
         }
     }
-    let whole = figures.windkessel(RAMP * period, input.is_rcr);
+    let whole = figures.windkessel(RAMP * period, input.is_rcr, compliance);
     for ((name, share), radius) in quoted[1..].iter().zip(&ends.shares).zip(&ends.radii[1..]) {
         let _ = writeln!(
             text,
@@ -679,8 +816,9 @@ fn openings(
         };
         let _ = writeln!(
             text,
-            "condition = \"windkessel\" # all of them together make 80 to 120 mmHg of this flow, the vessel's own compliance left out:\n\
-             # `fsi-driver windkessel --case` takes it off\nresistance_Pa_s_m3 = {:e}\ncompliance_m3_Pa = {:e}",
+            "condition = \"windkessel\" # all of them together make 80 to 120 mmHg of this flow{}\n\
+             resistance_Pa_s_m3 = {:e}\ncompliance_m3_Pa = {:e}",
+            whole.of_vessel(),
             rounded(whole.resistance / share),
             rounded(whole.compliance * share)
         );

@@ -225,7 +225,14 @@ fn files_import_each_other_in_few_circles() {
         let rooms: BTreeSet<_> = circle.iter().map(|module| module.first()).collect();
         assert_eq!(rooms.len(), 1, "a circle through several rooms: {circle:?}");
     }
-    for room in ["numerics", "coupling_core", "pfem", "spectral", "data", "case"] {
+    for room in [
+        "numerics",
+        "coupling_core",
+        "pfem",
+        "spectral",
+        "data",
+        "case",
+    ] {
         all.extend(circles(&src.join(room)));
     }
     let told = |circle: &Vec<Module>| {

@@ -74,6 +74,36 @@ fn a_tree_becomes_a_case() {
     );
 }
 
+/// `new` takes off what the tubes of a tree's radii store, `windkessel --case` what its wall does in statics: of the
+/// whole they leave the same to the windkessels.
+#[test]
+fn the_vessels_own_compliance_is_taken_off() {
+    let folder = tempfile::tempdir().unwrap();
+    copied(folder.path(), "carotid/lines.vtp");
+    let lines = ["new", "made", "--from", "lines.vtp", "--unit", "mm"];
+    succeeds(folder.path(), &lines);
+    let made = std::fs::read_to_string(folder.path().join("made/case.toml")).unwrap();
+    let settings = ["windkessel", "--case", "made", "--preset", "demo"];
+    let computed = succeeds(folder.path(), &settings);
+    let values = |text: &str, key: &str| -> Vec<f64> {
+        let lines = text.lines().filter_map(|line| line.strip_prefix(key));
+        let values = lines.filter_map(|rest| rest.strip_prefix(" = "));
+        values.map(|value| value.parse().unwrap()).collect()
+    };
+    for (key, most) in [("compliance_m3_Pa", 0.06), ("resistance_Pa_s_m3", 2e-3)] {
+        let [made, computed] = [&made, &computed].map(|text| values(text, key));
+        assert_eq!([made.len(), computed.len()], [2, 2]);
+        for (made, computed) in made.iter().zip(&computed) {
+            let change = made / computed - 1.0;
+            assert!(change.abs() < most, "{key}: {change:.1e}");
+        }
+    }
+    let share = made.split("the vessel itself has ").nth(1).unwrap();
+    let share: f64 = share.split(' ').next().unwrap().parse().unwrap();
+    // Of all in that wall's statics 31 %.
+    assert!((25.0..35.0).contains(&share), "{share}");
+}
+
 /// Seconds of the processor that a command takes.
 fn processor_seconds(folder: &Path, arguments: &[&str]) -> f64 {
     let mut shell = std::process::Command::new("sh");

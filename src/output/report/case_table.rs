@@ -151,7 +151,7 @@ fn flow(case: &Case, figures: &CaseFigures, rows: &mut Rows) {
         rows.push((
             "pressure to be expected".into(),
             format!(
-                "{} mmHg on average ({} to {}), without the vessel's own compliance",
+                "{} mmHg on average ({} to {}), the walls stretching as long tubes",
                 significant(pressures.mean / MMHG, 3),
                 significant(pressures.lowest / MMHG, 3),
                 significant(pressures.highest / MMHG, 3)
