@@ -169,8 +169,8 @@ impl TubeLaw {
         Some(0.5 * (narrow + wide))
     }
 
-    /// Area that the lumen gains between two pressures (Pa), per pressure, m²/Pa; `None` if the tube does not stand up to
-    /// them.
+    /// Area that the lumen gains between two pressures (Pa), per pressure, m²/Pa; `None` if the tube does not stand up
+    /// to them.
     pub fn compliance(&self, [lowest, highest]: [f64; 2]) -> Option<f64> {
         let [narrow, wide] = [self.radius(lowest)?, self.radius(highest)?];
         Some(PI * (wide.powi(2) - narrow.powi(2)) / (highest - lowest))

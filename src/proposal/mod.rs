@@ -439,8 +439,8 @@ impl Figures {
         Ok((figures, remarks))
     }
 
-    /// The windkessel for 80 to 120 mmHg downstream of a vessel of the compliance `vessel` (m³/Pa), with the pressure at
-    /// t = 0 from which a ramp of this duration (s) leads into its periodic state, without the blood that fills the
+    /// The windkessel for 80 to 120 mmHg downstream of a vessel of the compliance `vessel` (m³/Pa), with the pressure
+    /// at t = 0 from which a ramp of this duration (s) leads into its periodic state, without the blood that fills the
     /// vessel meanwhile.
     ///
     /// A flow that is too steady for these pressures gets their mean; without a mean flow there is none. A vessel that
