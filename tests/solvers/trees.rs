@@ -259,6 +259,11 @@ fn the_native_fluid_divides_its_flow_and_resumes() {
         page.contains("On the unrolled branches") && page.contains("OSI-left"),
         "maps"
     );
+    // The junction, for each of three fields from both sides.
+    let (_, junctions) = page.split_once("id=\"junctions\"").unwrap();
+    let (junctions, _) = junctions.split_once("</section>").unwrap();
+    assert_eq!(junctions.matches("class=\"half\"").count(), 6);
+    assert!(junctions.contains("Oscillating shear index: inlet divides into left, right."));
 }
 
 /// A wall that is given under a pressure of 8 kPa, in which the run begins, with tissue at rest and ends that slide

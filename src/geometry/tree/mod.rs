@@ -16,6 +16,7 @@ mod feature;
 mod junction;
 mod lumen;
 mod meeting;
+mod meeting_place;
 mod section;
 mod shape;
 mod side;
@@ -31,6 +32,7 @@ pub use carried::Carried;
 pub use described::{TreeMeshes, TreeMistake};
 pub use error::TreeError;
 pub use lumen::Lumen;
+pub use meeting_place::MeetingPlace;
 pub use section::{CrossSection, SectionGrid};
 pub use side::Hole;
 

@@ -46,6 +46,16 @@ impl View {
         Self { axes, ..self }
     }
 
+    /// The same body from behind, with the same side to the right.
+    #[must_use]
+    pub fn from_behind(self) -> Self {
+        let [right, up, towards] = self.axes;
+        Self {
+            axes: [right, -up, -towards],
+            ..self
+        }
+    }
+
     fn along(axes: [Vec3; 3], points: &[Vec3]) -> Self {
         let [low, high] = bounds(points);
         let middle = 0.5 * (low + high);

@@ -164,7 +164,7 @@ pub fn of_run(run: &Results, name: &str) -> Vec<String> {
 }
 
 /// Where the colours of a map end: at the largest of these values, or far below single ones that are much larger.
-fn upper_end(mut values: Vec<f64>) -> (f64, bool) {
+pub fn upper_end(mut values: Vec<f64>) -> (f64, bool) {
     values.sort_by(f64::total_cmp);
     let Some(&largest) = values.last() else {
         return (0.0, false);

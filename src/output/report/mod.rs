@@ -8,6 +8,7 @@ mod flow_cut;
 mod flow_field;
 mod flow_sections;
 mod initial_state;
+mod junctions;
 mod key_figures;
 pub(crate) mod maps;
 mod measure;

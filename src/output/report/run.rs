@@ -5,7 +5,9 @@ use super::page::{Page, chart, escape, gallery, line, panel, table, warnings};
 use super::quantities::{Quantity, UNKNOWN};
 use super::surface::DrawnSurface;
 use super::table::transposed;
-use super::{along, case_table, initial_state, maps, openings, quantities, resolution, scene};
+use super::{
+    along, case_table, initial_state, junctions, maps, openings, quantities, resolution, scene,
+};
 use crate::analysis;
 use crate::analysis::centre_line;
 use crate::analysis::size;
@@ -89,6 +91,14 @@ pub fn page(run: &Results) -> io::Result<String> {
         );
         page.section("view", "The wall in three dimensions", &html);
         page.section("pictures", "Deformed wall", &gallery(&pictures(surface)));
+    }
+    if let (Some(surface), Some(keys)) =
+        (&surface, run.case.own().and_then(|own| own.tree.as_ref()))
+    {
+        let html = junctions::html(keys, surface)?;
+        if !html.is_empty() {
+            page.section("junctions", "Where branches meet", &html);
+        }
     }
     unrolled(run, &name, &mut page)?;
     if let Some(flow) = LumenFlow::of(run)? {

@@ -105,14 +105,19 @@ pub fn picture(
         [" ", field.unit].concat().trim_end()
     );
     format!(
-        "<figure>\n<img alt=\"{}\" src=\"data:image/png;base64,{image}\">\n\
-         <div class=\"bar\"><span>0</span><i style=\"background:linear-gradient(90deg,{})\"></i><span>{} {}</span></div>\n\
-         <figcaption>{}</figcaption>\n</figure>\n",
+        "<figure>\n<img alt=\"{}\" src=\"data:image/png;base64,{image}\">\n{}<figcaption>{}</figcaption>\n</figure>\n",
         escape(caption),
-        gradient(),
-        shown(field.high),
-        field.unit,
+        bar(field.high, field.unit),
         escape(&text)
+    )
+}
+
+/// What the colours from zero to a value stand for.
+pub fn bar(high: f64, unit: &str) -> String {
+    format!(
+        "<div class=\"bar\"><span>0</span><i style=\"background:linear-gradient(90deg,{})\"></i><span>{} {unit}</span></div>\n",
+        gradient(),
+        shown(high)
     )
 }
 

@@ -75,11 +75,11 @@ pub fn preview(case: &ResolvedCase, keys: &TreeKeys, name: &str) -> std::io::Res
     let image = solid.pixels(&view, PIXELS);
     let root = &drawn.tree.stacks()[0];
     let centres: Vec<Vec3> = root.sections.iter().map(|section| section.centre).collect();
-    let ends = [centres[0], arrow_ends(&centres, ARROW * radius(root, 0))];
+    let ends = [centres[0], arrow_ends(&centres, ARROW * root.radius(0))];
     let marked = drawn.worst.iter().enumerate();
     let marked: Vec<(usize, Vec3)> = marked.map(|(i, (_, x, _))| (i + 1, *x)).collect();
     let overlay = Overlay {
-        flow: Some((ends, 1.3 * radius(root, 0))),
+        flow: Some((ends, 1.3 * root.radius(0))),
         marked: &marked,
         names: &drawn.legend(drawing.has_fibres()),
         letters: 1.0,
@@ -110,13 +110,6 @@ fn arrow_ends(centres: &[Vec3], reach: f64) -> Vec3 {
     centres[within.max(1)]
 }
 
-/// Mean radius (m) of a cross-section of a branch.
-fn radius(stack: &Stack, i: usize) -> f64 {
-    let section = &stack.sections[i];
-    let all = section.rim.iter().map(|x| (x - section.centre).norm());
-    all.sum::<f64>() / section.rim.len() as f64
-}
-
 /// The worst cells, the next one always so far from those before that it is another place.
 fn worst(tree: &Tree) -> Vec<(f64, Vec3, usize)> {
     let mut all = tree.qualities();
@@ -124,7 +117,7 @@ fn worst(tree: &Tree) -> Vec<(f64, Vec3, usize)> {
     let mut found: Vec<(f64, Vec3, usize)> = Vec::new();
     for (jacobian, x) in all {
         let is_near = |(_, y, stack): &(f64, Vec3, usize)| {
-            (x - y).norm() < APART * radius(&tree.stacks()[*stack], 0)
+            (x - y).norm() < APART * tree.stacks()[*stack].radius(0)
         };
         if found.iter().any(is_near) {
             continue;
@@ -173,14 +166,13 @@ impl Drawn<'_> {
     }
 
     fn branch(&self, stack: &Stack) -> String {
-        let names = self.keys.branches();
-        names.get(stack.wall).cloned().unwrap_or_default()
+        self.tree.branch_name(stack, &self.keys.branches())
     }
 
     /// The nearest middle of a cross-section, and the radius there (m).
     fn middle(&self) -> impl Fn(&Vec3) -> (Vec3, f64) + '_ {
         let sections = self.tree.stacks().iter().flat_map(|stack| {
-            (0..stack.sections.len()).map(|i| (stack.sections[i].centre, radius(stack, i)))
+            (0..stack.sections.len()).map(|i| (stack.sections[i].centre, stack.radius(i)))
         });
         let sections: Vec<(Vec3, f64)> = sections.collect();
         move |x: &Vec3| {
@@ -335,11 +327,7 @@ impl Drawn<'_> {
             vec![
                 escape(&self.branch(stack)),
                 mm(length),
-                format!(
-                    "{} to {}",
-                    mm(radius(stack, first)),
-                    mm(radius(stack, last))
-                ),
+                format!("{} to {}", mm(stack.radius(first)), mm(stack.radius(last))),
                 (stack.sections.len() - 1).to_string(),
             ]
         });
