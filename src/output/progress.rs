@@ -124,18 +124,33 @@ struct Preparation {
     /// known.
     share: Option<f64>,
     first_share: f64,
+    /// When that share was told, and how many seconds one like the last piece of it takes for all.
+    told: Instant,
+    whole: f64,
     bar: Option<ProgressBar>,
 }
 
 impl Preparation {
+    fn advance(&mut self, share: Option<f64>) {
+        if let (Some(before), Some(now)) = (self.share, share)
+            && now > before
+        {
+            self.whole = self.told.elapsed().as_secs_f64() / (now - before);
+            self.told = Instant::now();
+        }
+        self.share = share;
+    }
+
     fn text(&self) -> String {
         let seconds = self.begin.elapsed().as_secs_f64();
         let Some(share) = self.share else {
             return format!("{}, since {}", self.what, human(seconds));
         };
         let since = share - self.first_share;
+        // What becomes slower goes on as slowly as it now is.
+        let whole = f64::max(seconds / since, self.whole);
         let left = match since > 0.0 {
-            true => format!(", about {} left", human(seconds * (1.0 - share) / since)),
+            true => format!(", about {} left", human(whole * (1.0 - share))),
             false => String::new(),
         };
         format!("{}: {:.0} %{left}", self.what, 100.0 * share)
@@ -162,9 +177,11 @@ fn tell(what: &'static str, share: Option<f64>) {
         begin: Instant::now(),
         share: None,
         first_share: share.unwrap_or(0.0),
+        told: Instant::now(),
+        whole: 0.0,
         bar: bar(None),
     });
-    preparation.share = share;
+    preparation.advance(share);
     if let Some(bar) = &preparation.bar {
         let style = match share {
             None => "{msg} ({elapsed})",
@@ -290,6 +307,8 @@ mod tests {
                 begin: Instant::now() - Duration::from_secs(30),
                 share,
                 first_share: 0.25,
+                told: Instant::now(),
+                whole: 0.0,
                 bar: None,
             };
             preparation.text()
@@ -301,6 +320,18 @@ mod tests {
             after_30_s(Some(0.75)),
             "loading the wall: 75 %, about 15 s left"
         );
+        // The last hundredth took 10 s, as long as half of all before.
+        let mut slower = Preparation {
+            what: "loading the wall",
+            begin: Instant::now() - Duration::from_secs(30),
+            share: Some(0.75),
+            first_share: 0.25,
+            told: Instant::now() - Duration::from_secs(10),
+            whole: 60.0,
+            bar: None,
+        };
+        slower.advance(Some(0.76));
+        assert_eq!(slower.text(), "loading the wall: 76 %, about 4 min left");
     }
 
     #[test]
