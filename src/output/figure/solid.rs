@@ -48,7 +48,7 @@ impl View {
 
     /// The same body from behind, with the same side to the right.
     #[must_use]
-    pub fn from_behind(self) -> Self {
+    pub fn behind(self) -> Self {
         let [right, up, towards] = self.axes;
         Self {
             axes: [right, -up, -towards],

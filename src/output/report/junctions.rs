@@ -111,7 +111,7 @@ impl Part {
             numbers,
             points,
             triangles,
-            views: [front.clone(), front.from_behind()],
+            views: [front.clone(), front.behind()],
             names: named.collect(),
         }
     }
