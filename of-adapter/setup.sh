@@ -31,7 +31,7 @@ build=$here/build
 packages=
 debian=/usr/share/openfoam
 oldest=1912
-tried="1912, v2112, v2312, v2412, v2506"
+tried="1912, v2112, v2312, v2412, v2506, v2606"
 # Libraries whose headers the adapter includes, and libraries it is linked to.
 header_folders="OpenFOAM OSspecific/POSIX finiteVolume meshTools dynamicMesh dynamicFvMesh
     TurbulenceModels/turbulenceModels TurbulenceModels/incompressible"

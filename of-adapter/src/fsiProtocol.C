@@ -7,6 +7,12 @@
 #include <cmath>
 #include <cstring>
 
+// In Foam::fsi, whose names come first: Foam has a function get, too, from 2606
+// on.
+namespace Foam
+{
+namespace fsi
+{
 namespace
 {
 
@@ -49,6 +55,8 @@ uint64_t toBits(const double value)
 }
 
 } // End anonymous namespace
+} // End namespace fsi
+} // End namespace Foam
 
 
 // * * * * * * * * * * * * * * * * * Frame * * * * * * * * * * * * * * * * * //
