@@ -90,6 +90,14 @@ impl CaseFigures {
             pressures: Some(pressures),
         })
     }
+
+    /// What the pressures assume of the walls, if there are elastic ones.
+    pub fn as_tubes(&self) -> &'static str {
+        match self.walls.is_empty() {
+            true => "",
+            false => ", the walls stretching as long tubes",
+        }
+    }
 }
 
 /// Fewer steps than that in a beat do not follow a pulse.

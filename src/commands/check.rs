@@ -223,10 +223,11 @@ fn of_blood(figures: &CaseFigures) -> Vec<(&'static str, String)> {
         lines.push((
             "pressure",
             format!(
-                " {:.1} mmHg on average to be expected, from {:.1} to {:.1}, the walls stretching as long tubes",
+                " {:.1} mmHg on average to be expected, from {:.1} to {:.1}{}",
                 pressures.mean / MMHG,
                 pressures.lowest / MMHG,
-                pressures.highest / MMHG
+                pressures.highest / MMHG,
+                figures.as_tubes()
             ),
         ));
     }

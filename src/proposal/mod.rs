@@ -338,6 +338,11 @@ struct Windkessel {
 impl Windkessel {
     /// What the vessel itself stores, in words.
     fn of_vessel(&self) -> String {
+        // Up to rounding it is the largest share that is left to it.
+        if self.own > 1.0 - 1.01 * STIFFEST {
+            return "; the vessel itself is too soft for that: pressures will lie closer together"
+                .into();
+        }
         match (100.0 * self.own).round() {
             0.0 => String::new(),
             share => {

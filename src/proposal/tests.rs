@@ -73,6 +73,8 @@ fn walls_of_trees_become_thinner_step_by_step() {
     }
     assert_eq!(shares, [0.2, 0.15, 0.1, 0.07, 0.05]);
     assert!(left.is_sorted_by(|thick, thin| thick > thin), "{left:?}");
+    let soft = "the vessel itself is too soft for that";
+    assert_eq!(made.text.matches(soft).count(), 2, "{left:?}");
     input.thickness = Some(7e-4);
     let mut given = Proposal::new(&input).unwrap();
     assert!(
@@ -80,5 +82,6 @@ fn walls_of_trees_become_thinner_step_by_step() {
         "{}",
         given.text
     );
+    assert!(!given.text.contains(soft), "{}", given.text);
     assert_eq!(given.make_thinner(), None);
 }

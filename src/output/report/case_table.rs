@@ -151,10 +151,11 @@ fn flow(case: &Case, figures: &CaseFigures, rows: &mut Rows) {
         rows.push((
             "pressure to be expected".into(),
             format!(
-                "{} mmHg on average ({} to {}), the walls stretching as long tubes",
+                "{} mmHg on average ({} to {}){}",
                 significant(pressures.mean / MMHG, 3),
                 significant(pressures.lowest / MMHG, 3),
-                significant(pressures.highest / MMHG, 3)
+                significant(pressures.highest / MMHG, 3),
+                figures.as_tubes()
             ),
         ));
     }
