@@ -18,7 +18,7 @@
 //!
 //! Three of the parts are crates of their own, which can be used alone: [`fsi_pfem`] (the wall), [`fsi_spectral`] (the
 //! core of the native fluid) and [`fsi_coupling`] (the fixed point of two solvers), on [`fsi_numerics`]. What a case is
-//! read from is in two more, [`fsi_data`] and [`fsi_case`]: they are compiled while the driver is still being read.
+//! read from is in two more, [`fsi_data`] and [`fsi_case`], which the compiler optimizes while it checks the driver.
 //!
 //! ## Vocabulary
 //! * **Interface** or **wet surface**: where blood touches the deformable wall. The fluid sees it as the patch

@@ -95,7 +95,7 @@ impl CaseFigures {
     pub fn as_tubes(&self) -> &'static str {
         match self.walls.is_empty() {
             true => "",
-            false => ", the walls stretching as long tubes",
+            false => ", assuming that the walls widen like long tubes",
         }
     }
 }

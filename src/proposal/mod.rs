@@ -11,6 +11,7 @@ mod smoothing;
 mod text;
 mod told;
 mod tree;
+mod wall;
 
 pub use ends::{end_radii, tree_shares};
 
@@ -330,6 +331,8 @@ struct Windkessel {
     proximal: Option<f64>,
     /// Share of the vessel in the compliance of both.
     own: f64,
+    /// Whether the vessel stores more than these pressures allow.
+    is_vessel_too_soft: bool,
     /// Its mean pressure in the periodic state, Pa.
     mean: f64,
     start: f64,
@@ -338,15 +341,16 @@ struct Windkessel {
 impl Windkessel {
     /// What the vessel itself stores, in words.
     fn of_vessel(&self) -> String {
-        // Up to rounding it is the largest share that is left to it.
-        if self.own > 1.0 - 1.01 * STIFFEST {
-            return "; the vessel itself is too soft for that: pressures will lie closer together"
+        if self.is_vessel_too_soft {
+            return "; the vessel itself is too soft for that: the pulse pressure will be smaller"
                 .into();
         }
         match (100.0 * self.own).round() {
             0.0 => String::new(),
             share => {
-                format!("; the vessel itself has {share} % of the compliance (tubes of its radii)")
+                format!(
+                    "; the vessel itself has {share} % of the compliance, estimated from long tubes of its radii"
+                )
             }
         }
     }
@@ -463,9 +467,10 @@ impl Figures {
             }
             Err(_) => return None,
         };
-        let left = (1.0 - vessel / found.compliance).max(STIFFEST);
-        let vessel = vessel.min((1.0 - STIFFEST) * found.compliance);
-        found.compliance *= left;
+        let most = (1.0 - STIFFEST) * found.compliance;
+        let is_vessel_too_soft = vessel > most;
+        let vessel = vessel.min(most);
+        found.compliance -= vessel;
         let mut proximal = None;
         for share in PROXIMAL.into_iter().filter(|_| is_rcr) {
             let before = share * found.resistance;
@@ -500,6 +505,7 @@ impl Figures {
             compliance: found.compliance,
             proximal,
             own,
+            is_vessel_too_soft,
             mean,
             start,
         })

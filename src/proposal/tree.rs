@@ -5,40 +5,21 @@ use super::ends::{Ends, MURRAY, branch_name};
 use super::files::rounded;
 use super::smoothing::Smoothing;
 use super::text::{FLOW, flow_file, name};
-use super::{
-    Figures, Like, PRESSURES, Proposal, ProposalError, ProposalInput, impossible, sac, told,
-};
-use crate::analysis::tube_law::TubeLaw;
+use super::wall::{BULK, SHEAR, THICKNESSES, Wall, pressure};
+use super::{Figures, Like, Proposal, ProposalError, ProposalInput, impossible, sac, told};
 use crate::case::{
-    Case, FlowCurve, Inflow, LengthUnit, LineReading, MAX_ENDS, Material, Preset, ResolvedCase,
-    lines_of_tree,
+    Case, FlowCurve, Inflow, LengthUnit, LineReading, MAX_ENDS, Preset, ResolvedCase, lines_of_tree,
 };
 use crate::curve::nearest_of;
-use crate::geometry::tree::{Tree, TreeMistake};
+use crate::geometry::tree::{Tree, TreeMeshes, TreeMistake};
 use crate::polydata::PolyData;
 use crate::tabular::units::MMHG;
 use fsi_numerics::quadrature::Rule;
 use fsi_numerics::twelve_digits;
-use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Thicknesses of the wall, as shares of the radius: the first one with which no element is inside out where branches
-/// part.
-const THICKNESSES: [f64; 5] = [0.2, 0.15, 0.1, 0.07, 0.05];
-/// Shear modulus of the wall (Pa), which is nearly incompressible.
-const SHEAR: f64 = 2.5e5;
-/// Its bulk modulus, Pa.
-const BULK: f64 = 1e7;
-/// Steps between the smallest and the largest radius of a tree for which the compliance of a tube is computed.
-const RADII: usize = 8;
-/// Stiffness of the tissue around the wall, as a share of that with which the wall itself resists a change of radius.
-/// In proportion to that, vessels of all sizes are as far from buckling, and their bends move by the same share of the
-/// radius: with the same springs as around a carotid, cerebral arteries have no equilibrium.
-const TISSUE: f64 = 0.1;
-/// Pressure under which the vessel has the shape of the files, mmHg.
-const LOADED: f64 = 80.0;
 /// The largest step, s: each costs several iterations.
 const STEP: f64 = 5e-3;
 /// Duration of systole and of the ramp, in beats.
@@ -168,24 +149,19 @@ fn of_ends(
         );
         ProposalError::Input(reason)
     };
-    let walls: Vec<Wall> = match input.thickness {
-        Some(thickness) => vec![Wall::new(Thickness::Metres(thickness), input, &figures)],
-        None => THICKNESSES
-            .map(|share| Wall::new(Thickness::Share(share), input, &figures))
-            .into(),
-    };
+    let walls = Wall::tried(input, &figures);
     let found = with_mesh(input, &files, &tried, |way| text(way, &walls[0]), refused)?;
     remarks.extend(found.smoothing.remark(input, unit, &ends));
     remarks.extend(found.remarks);
-    let texts = walls.into_iter().map(|mut wall| {
-        wall.compliance = found.lumen.compliance(&wall);
-        let text = with_native_length(text(found.smoothing, &wall), found.native_length);
-        (wall.share(), text)
+    let faces = found.lumen.faces();
+    let mut texts = walls.into_iter().map(|wall| {
+        let text = text(found.smoothing, &wall.with_compliance(&faces));
+        with_native_length(text, found.native_length)
     });
-    let mut thinner: VecDeque<(f64, String)> = texts.collect();
-    let (_, text) = thinner.pop_front().expect("there is one wall at least");
+    let first = texts.next().expect("one wall at least is tried");
+    let thinner = THICKNESSES[1..].iter().copied().zip(texts).collect();
     Ok(Proposal {
-        text,
+        text: first,
         thinner,
         files,
         remarks,
@@ -476,8 +452,9 @@ struct MeshedLumen {
     worst: f64,
     /// How well it is meshed.
     words: String,
-    /// Area (m²) of each face of the wall, and radius (m) of the lumen there.
-    faces: Vec<[f64; 2]>,
+    /// The patches of the wall.
+    walls: Vec<String>,
+    meshes: TreeMeshes,
 }
 
 impl MeshedLumen {
@@ -501,118 +478,31 @@ impl MeshedLumen {
             meshes.lines.len(),
             meshes.outside.cells()
         );
+        Ok(Self {
+            worst,
+            words,
+            walls: tree.walls(),
+            meshes,
+        })
+    }
+
+    /// Area (m²) of each face of the wall, and radius (m) of the lumen there.
+    fn faces(&self) -> Vec<[f64; 2]> {
+        let (surface, lines) = (&self.meshes.surface, &self.meshes.lines);
         let mut faces = Vec::new();
-        for wall in tree.walls() {
-            let patch = meshes.surface.patch(&wall);
+        for wall in &self.walls {
+            let patch = surface.patch(wall);
             let of_patch = patch.map_or(0..0, |patch| patch.start..patch.start + patch.size);
-            let line = meshes.lines.iter().filter(|(patch, _)| *patch == wall);
-            let lines: Vec<_> = line.map(|(_, line)| line).collect();
+            let lines = lines.iter().filter(|(patch, _)| patch == wall);
+            let lines: Vec<_> = lines.map(|(_, line)| line).collect();
             for face in of_patch {
-                let (middle, area) = meshes.surface.face_geometry(face);
+                let (middle, area) = surface.face_geometry(face);
                 if let Some((_, nearest)) = nearest_of(lines.iter().copied().enumerate(), &middle) {
                     faces.push([area.norm(), (middle - nearest.frame.origin).norm()]);
                 }
             }
         }
-        Ok(Self {
-            worst,
-            words,
-            faces,
-        })
-    }
-
-    /// Compliance with this wall, as if each face were that of a long tube, m³/Pa.
-    fn compliance(&self, wall: &Wall) -> f64 {
-        let ends = (self.faces.iter()).fold([f64::INFINITY, 0.0f64], |[low, high], [_, radius]| {
-            [low.min(*radius), high.max(*radius)]
-        });
-        // What a tube of the radius 1 gains depends on the radius but little.
-        let ratio = (ends[1] / ends[0]).powf(1.0 / RADII as f64);
-        let radii: Vec<f64> = (0..=RADII)
-            .map(|i| ends[0] * ratio.powi(i as i32))
-            .collect();
-        let gains: Vec<f64> = radii.iter().map(|radius| wall.area_gain(*radius)).collect();
-        let of_face = |[area, radius]: &[f64; 2]| {
-            let place = (radius / ends[0]).ln() / ratio.ln().max(f64::MIN_POSITIVE);
-            let i = (place as usize).min(RADII - 1);
-            let gain = gains[i] + (place - i as f64) * (gains[i + 1] - gains[i]);
-            // The face of a tube of the length area/(2 π r).
-            area * radius * gain / TAU
-        };
-        self.faces.iter().map(of_face).sum()
-    }
-}
-
-/// Thickness of a wall.
-#[derive(Debug, Clone, Copy)]
-enum Thickness {
-    /// Relative to the radius.
-    Share(f64),
-    /// In metres.
-    Metres(f64),
-}
-
-/// A wall that is proposed.
-#[derive(Debug)]
-struct Wall {
-    thickness: Thickness,
-    /// Stiffness of the tissue around it, Pa/m.
-    springs: f64,
-    /// Pressure under which the vessel has the shape of the files, Pa.
-    pressure: f64,
-    /// Compliance of the vessel, m³/Pa.
-    compliance: f64,
-}
-
-impl Wall {
-    fn new(thickness: Thickness, input: &ProposalInput, figures: &Figures) -> Self {
-        let radius = figures.radii[1];
-        let thick = input.thickness.unwrap_or(THICKNESSES[0] * radius);
-        Self {
-            thickness,
-            // Young's modulus is three times the shear modulus.
-            springs: rounded(TISSUE * 3.0 * SHEAR * thick / radius.powi(2)),
-            pressure: pressure(input),
-            compliance: 0.0,
-        }
-    }
-
-    /// The thickness relative to the radius, if it is given so.
-    fn share(&self) -> f64 {
-        match self.thickness {
-            Thickness::Share(share) => share,
-            Thickness::Metres(_) => f64::NAN,
-        }
-    }
-
-    /// The key of the thickness.
-    fn line(&self) -> String {
-        match self.thickness {
-            Thickness::Share(share) => {
-                format!("thicknesses = [{share}] # of the radius; or thicknesses_m, in metres")
-            }
-            Thickness::Metres(thickness) => {
-                format!("thicknesses_m = [{thickness:e}] # or thicknesses, as shares of the radius")
-            }
-        }
-    }
-
-    /// Area that a vessel of this radius (m) gains between the pressures that are aimed at, relative to the square of
-    /// its radius and per pressure, 1/Pa; 0 if it does not stand up to them.
-    fn area_gain(&self, radius: f64) -> f64 {
-        let share = match self.thickness {
-            Thickness::Share(share) => share,
-            Thickness::Metres(thickness) => thickness / radius,
-        };
-        let material = Material::NeoHooke {
-            mu: SHEAR,
-            kappa: BULK,
-            viscosity: None,
-        };
-        let loaded = TubeLaw::of_layers(&[(&material, share)], 1.0, self.springs * radius);
-        let tube = loaded.unloaded(self.pressure);
-        let gain = tube.and_then(|tube| tube.compliance(PRESSURES.map(|p| p * MMHG)));
-        gain.unwrap_or(0.0)
+        faces
     }
 }
 
@@ -766,11 +656,6 @@ fn text(
         50.0 * step
     );
     text
-}
-
-/// Pressure of the shape of the files, Pa.
-fn pressure(input: &ProposalInput) -> f64 {
-    input.loaded.unwrap_or_else(|| rounded(LOADED * MMHG))
 }
 
 fn openings(

@@ -155,7 +155,7 @@ impl Part {
             );
         }
         let cut = match is_cut {
-            true => " Colours end where 95 % of the wall there is below.",
+            true => " The colours end at the 95th percentile.",
             false => "",
         };
         let _ = write!(

@@ -202,7 +202,7 @@ pub fn of_branches(run: &Results, branches: &[UnrolledPart]) -> Vec<String> {
                 field.label, branch.name
             );
             if is_cut {
-                caption += " Colours end where 95 % of the faces are below.";
+                caption += " The colours end at the 95th percentile of the faces.";
             }
             let mut csv = format!("x_m,phi_deg,\"{}\"\n", field.label);
             for &face in &branch.faces {
