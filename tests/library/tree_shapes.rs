@@ -144,8 +144,8 @@ fn side_of_folded(angle: f64, ratio: f64, fold: f64) -> Lumen {
     lumen(vec![parent, branch])
 }
 
-/// Thin branches of 0.2 to 0.6 of the radius at 30° to 110°, in a plane with their parent and out of it: 0.284 to 0.468
-/// from 45° on, below at least 0.2; 0.259 at 30° in a plane, where the usual shape is poor and others are tried.
+/// Thin branches of 0.2 to 0.6 of the radius at 30° to 110°, in a plane with their parent and out of it: 0.287 to 0.468.
+/// Up to 50°, other shapes than the usual one are tried.
 #[test]
 fn thin_branches_leave_at_30_to_110_degrees() {
     for angle in [30.0, 35.0, 40.0, 45.0, 60.0, 75.0, 90.0, 110.0] {
@@ -154,12 +154,7 @@ fn thin_branches_leave_at_30_to_110_degrees() {
                 let found = both(&side_of_folded(angle, ratio, fold));
                 let found = found.unwrap_or_else(|e| panic!("{e}"));
                 println!("{angle}° {ratio}, {fold}°: {found:.3?}");
-                let least = match (angle < 45.0, angle + fold == 30.0) {
-                    (true, true) => 0.255,
-                    (true, false) => 0.2,
-                    _ => 0.28,
-                };
-                let is_right = found.iter().all(|q| (least..0.48).contains(q));
+                let is_right = found.iter().all(|q| (0.28..0.48).contains(q));
                 assert!(is_right, "{angle}° {ratio}, {fold}°: {found:?}");
             }
         }

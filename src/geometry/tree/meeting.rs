@@ -9,7 +9,7 @@ use super::error::{Parted, TreeError};
 use super::junction::{BranchEnd, Junction, Parting};
 use super::lumen::Lumen;
 use super::section::SectionGrid;
-use super::shape::{SHAPES, Shape};
+use super::shape::{INCLINED, Shape, USUAL};
 use super::side::{self, Side};
 use super::slicer::Slicer;
 use crate::Vec3;
@@ -27,9 +27,9 @@ const STRAIGHT: f64 = 0.5;
 const GOOD: f64 = 0.3;
 /// ... if it is better than this.
 const LEAST: f64 = 0.02;
-/// Other shapes of a thin branch than the usual one, whose cells are larger, are tried where that is worse than this,
-/// until one is good.
-const POOR: f64 = 0.2;
+/// Other shapes of a thin branch than the usual one are tried if that is not good and the branch leaves at less than
+/// 50° to the parent or its opposite: elsewhere they gain little, and the usual one is more accurate.
+const INCLINATION: f64 = 0.643;
 /// How much of the lines is meshed to find that out, in radii upstream and downstream.
 const AROUND: f64 = 10.0;
 
@@ -114,6 +114,9 @@ impl Meeting {
         let s = trunk.length();
         let r = trunk.radius(s);
         let exit = thin.leaves(&parent).unwrap_or(s);
+        let along = thin.tangent(exit + thin.radius(exit));
+        let onward = parent.tangent(parent.foot(&thin.at(exit)).s);
+        let is_inclined = along.dot(&onward).abs() > INCLINATION;
         let begin = s - AROUND * r;
         let parent = parent.part(begin, exit + AROUND * r);
         let thin = thin.part(begin, exit + AROUND * thin.radius(exit));
@@ -123,22 +126,19 @@ impl Meeting {
         );
         let slicers = usual(&beside);
         let quality = |shape| Self::side_quality(&slicers, [&parent, &thin], shape);
-        let [usual_shape, others @ ..] = SHAPES;
-        let usual_quality = quality(usual_shape);
-        let mut best = usual_quality.as_ref().ok().map(|q| (*q, usual_shape));
-        if best.is_none_or(|(q, _)| q <= POOR) {
-            for shape in others {
-                let found = quality(shape).ok().map(|q| (q, shape));
-                if found.map(|(q, _)| q) > best.map(|(q, _)| q) {
-                    best = found;
-                }
-                if best.is_some_and(|(q, _)| q > GOOD) {
-                    break;
-                }
+        let usual = quality(USUAL);
+        let mut best = usual.as_ref().ok().map(|q| (*q, USUAL));
+        for &shape in INCLINED.iter().filter(|_| is_inclined) {
+            if best.is_some_and(|(q, _)| q > GOOD) {
+                break;
+            }
+            let found = quality(shape).ok().map(|q| (q, shape));
+            if found.map(|(q, _)| q) > best.map(|(q, _)| q) {
+                best = found;
             }
         }
         // If none fits, the error is that of the usual one.
-        best.map_or_else(|| usual_quality.map(|q| (q, usual_shape)), Ok)
+        best.map_or_else(|| usual.map(|q| (q, USUAL)), Ok)
     }
 
     /// The scaled Jacobian of the worst cell or element around a branch of this shape at the side of another.

@@ -1,7 +1,8 @@
 //! How a thin branch stands on the side of another one: what is chosen so that its hexahedra are good.
 //!
 //! The numbers were found by searching for the largest scaled Jacobian of the worst cell or element over straight and
-//! bent parents. A branch across its parent asks for another shape than one that leaves at 30°.
+//! bent parents, with junctions about as long as the usual ones: longer cells make a run less accurate. A branch across
+//! its parent asks for another shape than one that leaves at 30°.
 
 /// Lengths and shares. Those along the parent are in its radii, those along the branch in radii of the branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,48 +30,62 @@ pub struct Shape {
     pub cut: f64,
 }
 
-/// What is tried, in this order: the usual one, and where that is poor the others, until one is good.
-pub const SHAPES: [Shape; 5] = [
-    // The usual one.
+/// Good for branches that leave at 50° to 130°.
+pub const USUAL: Shape = Shape {
+    foot: 1.0,
+    climb: 0.0,
+    tilt: 0.0,
+    beside: 0.8,
+    spread: 0.8,
+    back: 0.0,
+    upright: 0.35,
+    near: 0.9,
+    bottom: [0.45, 0.5],
+    cut: 1.0,
+};
+
+/// For branches that leave at 25° to 50°, in the order in which they are tried.
+pub const INCLINED: [Shape; 5] = [
+    // Found for up to 0.3 of the parent's radius.
     Shape {
-        foot: 1.0,
-        climb: 0.0,
-        tilt: 0.0,
-        beside: 0.8,
-        spread: 0.8,
-        back: 0.0,
-        upright: 0.35,
-        near: 0.9,
-        bottom: [0.45, 0.5],
-        cut: 1.0,
-    },
-    // Found for 30° and up to 0.4 of the parent's radius.
-    Shape {
-        foot: 1.0,
-        climb: 0.28,
-        tilt: 0.83,
-        beside: 1.74,
-        spread: 0.8,
-        back: 0.05,
-        upright: 0.2,
-        near: 0.94,
-        bottom: [0.35, 0.68],
-        cut: 1.9,
-    },
-    // Found for 35° to 45° and 0.6 of the parent's radius: there the usual one is mostly good enough.
-    Shape {
-        foot: 0.95,
-        climb: 0.1,
-        tilt: 0.73,
-        beside: 1.17,
-        spread: 0.65,
-        back: 0.93,
-        upright: 0.43,
-        near: 0.85,
-        bottom: [0.49, 0.72],
+        foot: 0.971,
+        climb: 0.381,
+        tilt: 0.82,
+        beside: 0.871,
+        spread: 0.247,
+        back: 0.455,
+        upright: 0.081,
+        near: 0.909,
+        bottom: [0.723, 0.63],
         cut: 1.17,
     },
-    // Found for 30°, 0.5 and 0.6 of the parent's radius.
+    // Found for 0.4 and 0.5.
+    Shape {
+        foot: 0.739,
+        climb: 0.287,
+        tilt: 0.314,
+        beside: 0.896,
+        spread: 0.206,
+        back: 0.54,
+        upright: 0.19,
+        near: 1.005,
+        bottom: [0.851, 0.782],
+        cut: 1.06,
+    },
+    // Found for 0.6 from 35° on.
+    Shape {
+        foot: 0.793,
+        climb: 0.084,
+        tilt: 0.94,
+        beside: 0.54,
+        spread: 0.525,
+        back: 0.73,
+        upright: 0.377,
+        near: 0.866,
+        bottom: [0.832, 0.558],
+        cut: 0.821,
+    },
+    // Found for 0.6 at 30°: longer, with larger cells.
     Shape {
         foot: 0.97,
         climb: 0.52,
