@@ -144,8 +144,8 @@ fn side_of_folded(angle: f64, ratio: f64, fold: f64) -> Lumen {
     lumen(vec![parent, branch])
 }
 
-/// Thin branches of 0.2 to 0.6 of the radius at 30° to 110°, in a plane with their parent and out of it: 0.287 to 0.468.
-/// Up to 50°, other shapes than the usual one are tried.
+/// Thin branches of 0.2 to 0.6 of the radius at 30° to 110°, in a plane with their parent and out of it: 0.287 to
+/// 0.468. Up to 50°, other shapes than the usual one are tried.
 #[test]
 fn thin_branches_leave_at_30_to_110_degrees() {
     for angle in [30.0, 35.0, 40.0, 45.0, 60.0, 75.0, 90.0, 110.0] {
