@@ -4,7 +4,9 @@ use super::Failure;
 use super::quantity::{self, Given};
 use crate::Vec3;
 use crate::case::{Case, FlowUnit, LengthUnit, Preset};
+use crate::output::progress::tell_preparation;
 use crate::output::terminal;
+use crate::pfem::solution::listener::Work;
 use crate::proposal::{Like, Proposal, ProposalError, ProposalInput};
 use crate::simulation::assembly::Domain;
 use rayon::prelude::*;
@@ -160,6 +162,8 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
         )));
     }
     arguments.check_numbers()?;
+    tell_preparation();
+    let work = Work::begin("reading the vessel, and trying its mesh and wall");
     let failed = |e: std::io::Error| Failure::Run(format!("cannot write {shown}: {e}"));
     let mut input = arguments.input();
     let mut first = None;
@@ -197,6 +201,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             (Err(failure), _) => return Err(failure),
         }
     };
+    drop(work);
     put(written, folder).map_err(failed)?;
     let (remarks, preset) = (proposal.remarks.join("\n"), arguments.preset);
     Ok(terminal::print(format_args!(

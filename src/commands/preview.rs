@@ -1,6 +1,7 @@
 //! `fsi-driver preview DIR`: a vessel before anything is computed.
 
 use super::{CaseArguments, Failure};
+use crate::output::progress::tell_preparation;
 use crate::output::report::Preview;
 use crate::output::{terminal, write_atomically};
 use std::path::PathBuf;
@@ -20,6 +21,7 @@ pub struct Arguments {
 
 /// Writes page and pictures.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    tell_preparation();
     let case = arguments.case.selection()?.read(&arguments.folder)?;
     let name = arguments.folder.canonicalize().ok();
     let name = name.and_then(|path| Some(path.file_name()?.to_string_lossy().into_owned()));

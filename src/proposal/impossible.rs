@@ -5,6 +5,7 @@ use super::smoothing::Smoothing;
 use super::{ProposalError, ProposalInput};
 use crate::case::{LengthUnit, listed};
 use crate::geometry::tree::Tree;
+use crate::pfem::solution::listener::Work;
 use fsi_numerics::quadrature::Rule;
 
 /// Lines are smoothed more if that keeps so much more of the flow ...
@@ -38,6 +39,7 @@ pub(super) fn of(
     unit: LengthUnit,
     ends: &Ends,
 ) -> Result<Impossible, ProposalError> {
+    let _work = Work::begin("looking for ends without which the others have a mesh");
     let mut best: Option<Impossible> = None;
     let mut first = None;
     for smoothing in Smoothing::tried(input, ends) {
