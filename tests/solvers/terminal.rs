@@ -131,7 +131,7 @@ fn lines_of_results_and_progress_fit_into_the_terminal() {
         let arguments: Vec<_> = steps.get_args().map(|a| a.to_string_lossy()).collect();
         let lines = in_terminal(columns, &format!("{program} {}", arguments.join(" ")));
         let shown = lines.iter().flat_map(|line| line.split(['\r', '\x1b']));
-        let progress: Vec<&str> = shown.filter(|text| text.contains("s/step")).collect();
+        let progress: Vec<&str> = shown.filter(|text| text.contains("t = 0.00")).collect();
         assert!(!progress.is_empty(), "{lines:?}");
         for text in progress {
             // What follows in the same line is padding, and then the next line.

@@ -109,7 +109,9 @@ impl Rows {
     fn at(&mut self, time: f64, count: usize) -> Result<Vec<f64>, FluidError> {
         let failed = |what: &dyn std::fmt::Display| {
             FluidError::Storage(format!(
-                "cannot read {} of output.fluid_probes_m in {}: {what}; the controlDict of fluid.templates must include system/fsiConnection above its functions, and OpenFOAM must have its library sampling",
+                "cannot read {} of output.fluid_probes_m in {}: {what}; the controlDict of \
+                 fluid.templates must include system/fsiConnection above its functions, and OpenFOAM's library \
+                 `sampling` must be installed",
                 self.field,
                 self.folder.display()
             ))

@@ -27,8 +27,9 @@ const STRAIGHT: f64 = 0.5;
 const GOOD: f64 = 0.3;
 /// ... if it is better than this.
 const LEAST: f64 = 0.02;
-/// Other shapes of a thin branch than the usual one are tried if that is not good and the branch leaves at less than
-/// 50° to the parent or its opposite: elsewhere they gain little, and the usual one is more accurate.
+/// Other shapes of a thin branch than the usual one are tried if that is not good and the cosine of the angle at which
+/// the branch leaves is above this (50°; backwards 130°): elsewhere they gain little, and the usual one is more
+/// accurate.
 const INCLINATION: f64 = 0.643;
 /// How much of the lines is meshed to find that out, in radii upstream and downstream.
 const AROUND: f64 = 10.0;
@@ -128,7 +129,8 @@ impl Meeting {
         let quality = |shape| Self::side_quality(&slicers, [&parent, &thin], shape);
         let usual = quality(USUAL);
         let mut best = usual.as_ref().ok().map(|q| (*q, USUAL));
-        for &shape in INCLINED.iter().filter(|_| is_inclined) {
+        let others = if is_inclined { &INCLINED[..] } else { &[] };
+        for &shape in others {
             if best.is_some_and(|(q, _)| q > GOOD) {
                 break;
             }

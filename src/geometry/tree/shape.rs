@@ -44,7 +44,7 @@ pub const USUAL: Shape = Shape {
     cut: 1.0,
 };
 
-/// For branches that leave at 25° to 50°, in the order in which they are tried.
+/// For branches that leave at 25° to 50°, or backwards at 130° to 150°, in the order in which they are tried.
 pub const INCLINED: [Shape; 5] = [
     // Found for up to 0.3 of the parent's radius.
     Shape {
