@@ -95,7 +95,7 @@ fn main() {
             wet_surface: "inner".into(),
             supports: held.to_vec(),
             outer_pressure: None,
-            gravity: Vec3::zeros(),
+            gravity: None,
         },
     )
     .expect("well posed");

@@ -1,7 +1,6 @@
 //! A tube under a pressure that varies in time.
 
 use super::tube::Tube;
-use crate::Vec3;
 use crate::pfem::discretization::Options;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::solution::statics::StaticOptions;
@@ -99,7 +98,7 @@ impl<'a> TubeMotion<'a> {
                     0.0 => None,
                     pressure => Some(PressureAround::constant(pressure)),
                 },
-                gravity: Vec3::zeros(),
+                gravity: None,
             },
         )?;
         let rest = tube.rest(structure.body(), options, &StaticOptions::default())?;

@@ -2,6 +2,7 @@
 
 use super::periodic_table::samples;
 use super::{Inflow, PeriodicTable, Ramp, TableError};
+use fsi_numerics::half_cosine;
 use std::f64::consts::PI;
 
 /// A periodic flow curve.
@@ -138,13 +139,8 @@ impl FlowCurve {
 }
 
 impl Ramp {
-    /// Factor on inflow and outlet pressure at the time `t` (s): half a cosine from 0 to 1, then 1; once continuously
-    /// differentiable.
+    /// Factor on inflow and outlet pressure at the time `t` (s): see [`half_cosine`].
     pub fn factor(&self, t: f64) -> f64 {
-        if t >= self.duration {
-            1.0
-        } else {
-            0.5 * (1.0 - (PI * t.max(0.0) / self.duration).cos())
-        }
+        half_cosine(t, self.duration)
     }
 }

@@ -54,6 +54,7 @@ table! {
         [material: Option<Vec<NamedMaterial>>, "materials of the wall, if it is elastic", only USED]
         [support: Option<Vec<WallSupport>>, "supports of the wall", only OWN_ELASTIC]
         [initial: Option<WallInitial>, "state of the wall at t = 0, if it is not at rest", only OWN_ELASTIC]
+        [gravity: Option<WallGravity>, "weight of the wall, if it has one", only OWN_ELASTIC]
     }
 }
 
@@ -64,6 +65,15 @@ table! {
         shape: Option<GivenShape> = "shape", ValueKind::Word(GivenShape::WORDS),
             "state of the wall that the given sizes describe: loaded is that under wall.initial.pressure_Pa", absent "loaded";
         axial_stretch: Option<f64> = "axial_stretch", from(0.8, 2.0), "stretch of the wall along its branches in the unloaded shape", absent "1";
+    }
+}
+
+table! {
+    /// A body force on the wall: its weight, of which the buoyancy in a fluid is taken off that is computed without
+    /// its own.
+    pub struct WallGravity {
+        acceleration: Vec<f64> = "acceleration_m_s2", ValueKind::Amplitudes(3), "weight by mass, x, y and z: gravity times 1 less the fluid's density over the wall's";
+        ramp: Option<f64> = "ramp_s", from(0.0, 100.0), "how long it grows from t = 0 on, by half a cosine", absent "0";
     }
 }
 

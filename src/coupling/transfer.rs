@@ -178,9 +178,16 @@ impl<L> Transfer<L> {
     }
 
     /// How far the wall has moved sideways with this displacement (m) of the fluid's wall points; `None` if it is no
-    /// tube.
+    /// tube with the fluid inside.
     pub fn centre_shift(&self, displacement: &[Vec3]) -> Option<CentreShift> {
-        CentreShift::of(&self.wall.points, displacement)
+        let still = vec![Vec3::zeros(); displacement.len()];
+        let count = self.wall.face_centres.len() as f64;
+        let middle = self.wall.face_centres.iter().sum::<Vec3>() / count;
+        let faces = self.wall.face_centres.iter().zip(self.face_areas(&still));
+        let outward: f64 = faces.map(|(x, area)| (x - middle).dot(&area)).sum();
+        (outward > 0.0)
+            .then(|| CentreShift::of(&self.wall.points, displacement))
+            .flatten()
     }
 
     /// Centre of a face of the fluid's wall at rest, m; the origin if there is no such face.

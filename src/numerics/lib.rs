@@ -8,7 +8,7 @@
 //! * [`lagrange`]: the polynomials that are 1 at one of some points and 0 at the others;
 //! * [`Layers`]: the order of what lies layer by layer along a sweep, [`subdivided`]: where nodes lie on it;
 //! * [`words!`]: an enumeration whose variants are words of a file of settings;
-//! * [`dot`], the scalar product of lists;
+//! * [`dot`], the scalar product of lists; [`half_cosine`], a smooth start;
 //! * [`twelve_digits`]: times without the rounding of their sums.
 //!
 //! ```
@@ -25,6 +25,8 @@
 //! let integral: f64 = points.map(|(&x, weight)| weight * at(x)).sum();
 //! assert!((integral - 0.4).abs() < 1e-15);
 //! ```
+
+use std::f64::consts::PI;
 
 pub mod lagrange;
 mod layers;
@@ -43,6 +45,15 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 pub type Vec3 = nalgebra::Vector3<f64>;
 /// A second-order tensor of space, such as a deformation gradient or a stress.
 pub type Mat3 = nalgebra::Matrix3<f64>;
+
+/// Half a cosine from 0 at the time `t` = 0 to 1 at `duration`, then 1: once continuously differentiable.
+pub fn half_cosine(t: f64, duration: f64) -> f64 {
+    if t >= duration {
+        1.0
+    } else {
+        0.5 * (1.0 - (PI * t.max(0.0) / duration).cos())
+    }
+}
 
 /// A time (s) in 12 digits, as OpenFOAM spells it in the names of folders (`timePrecision`): 0.018 where sums of time
 /// steps give 0.018000000000000002.

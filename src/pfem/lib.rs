@@ -61,5 +61,5 @@ pub use evaluation::samples::{Sampler, Samples};
 pub use evaluation::stress::StressState;
 pub use fsi_numerics::{Mat3, Vec3};
 pub use solid::{NoUnloadedShape, Solid, SolidError, SurfaceLoad, SurfacePoint};
-pub use solution::structure::{PrescribedMotion, Structure, StructureOptions};
+pub use solution::structure::{Gravity, PrescribedMotion, Structure, StructureOptions};
 pub use space::{Space, SpaceKind};

@@ -136,7 +136,7 @@ pub fn coupled<F: Fluid>(fluid: F) -> Coupling<F, Structure> {
             .map(|end| Support::Clamped(end.into()))
             .into(),
         outer_pressure: None,
-        gravity: Vec3::zeros(),
+        gravity: None,
     };
     let mesh = solid_mesh(vessel);
     let solid = Structure::new(&mesh, &materials, &options).unwrap();

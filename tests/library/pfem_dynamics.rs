@@ -24,7 +24,7 @@ fn options(p: usize, damping: f64) -> StructureOptions {
             Support::Clamped("end".into()),
         ],
         outer_pressure: None,
-        gravity: Vec3::zeros(),
+        gravity: None,
     }
 }
 

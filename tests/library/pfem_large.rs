@@ -2,7 +2,6 @@
 //! here both ways are taken by walls that are small. That results differ at all shows that there were two ways.
 
 use crate::pfem_support::artery;
-use fsi_driver::Vec3;
 use fsi_driver::case::{Case, Material, Preset};
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::Options;
@@ -32,7 +31,7 @@ fn options(large: f64, supports: Vec<Support>) -> StructureOptions {
         wet_surface: "inner".into(),
         supports,
         outer_pressure: None,
-        gravity: Vec3::zeros(),
+        gravity: None,
     }
 }
 

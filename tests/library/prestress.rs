@@ -45,7 +45,7 @@ fn tube(prestretch: f64) -> Structure {
             Support::Foundation(tissue),
         ],
         outer_pressure: Some(PressureAround::constant(500.0)),
-        gravity: fsi_driver::Vec3::zeros(),
+        gravity: None,
     };
     Structure::new(&mesh, &[fibred], &options).unwrap()
 }

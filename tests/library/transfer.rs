@@ -47,7 +47,7 @@ fn plate(elements: [usize; 2], degree: usize) -> Structure {
         wet_surface: fsi_driver::geometry::WET.into(),
         supports: vec![Support::Clamped(fsi_driver::geometry::WET.into())],
         outer_pressure: None,
-        gravity: Vec3::zeros(),
+        gravity: None,
     };
     let rubber = Material::NeoHooke {
         mu: 1e5,

@@ -37,7 +37,7 @@ fn ring(layers: &[(f64, Material)], tissue: Option<Foundation>) -> (Structure, H
             .chain(tissue.map(Support::Foundation))
             .collect(),
         outer_pressure: None,
-        gravity: fsi_driver::Vec3::zeros(),
+        gravity: None,
     };
     (Structure::new(&mesh, &materials, &options).unwrap(), mesh)
 }

@@ -5,6 +5,7 @@ mod benchmark_elastic_tube;
 mod benchmark_neo_hookean_tube;
 mod benchmark_pulse_wave;
 mod benchmark_rigid_tube;
+mod benchmark_silicone_filament;
 mod benchmark_single_arteries;
 mod benchmark_slow_inflation;
 mod benchmark_support;

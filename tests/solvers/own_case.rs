@@ -17,26 +17,10 @@ fn example(name: &str) -> PathBuf {
 }
 
 /// A copy of an example, to change.
-fn copy(name: &str, to: &Path) -> PathBuf {
-    fn copy_folder(from: &Path, to: &Path) {
-        fs::create_dir_all(to).unwrap();
-        for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
-            let copy = to.join(entry.file_name());
-            match entry.path().is_dir() {
-                true => copy_folder(&entry.path(), &copy),
-                false => drop(fs::copy(entry.path(), copy).unwrap()),
-            }
-        }
-    }
+fn copy_of(name: &str, to: &Path) -> PathBuf {
     let folder = to.join(name);
-    copy_folder(&example(name), &folder);
+    copy(&example(name), &folder);
     folder
-}
-
-fn edit(file: &Path, from: &str, to: &str) {
-    let text = fs::read_to_string(file).unwrap();
-    assert!(text.contains(from), "{} has no {from:?}", file.display());
-    fs::write(file, text.replace(from, to)).unwrap();
 }
 
 fn run(case: &Path, out: &Path, more: &[&str]) -> Command {
@@ -121,7 +105,7 @@ fn the_tube_of_an_openfoam_case_is_the_built_in_one() {
 
 /// Small, with the solvers converged so far that nothing but the physics is left.
 fn exact_tube(to: &Path) -> PathBuf {
-    let case = copy("tube", to);
+    let case = copy_of("tube", to);
     let blocks = case.join("fluid/system/blockMeshDict");
     edit(&blocks, "n       6;", "n       3;");
     edit(&blocks, "along   36;", "along   12;");
@@ -219,7 +203,7 @@ fn patches_outlets_and_ranks_make_no_difference() {
 fn a_case_of_ones_own_resumes_to_the_last_digit() {
     let folder = tempfile::tempdir().unwrap();
     let [whole, parts] = ["whole", "parts"].map(|name| folder.path().join(name));
-    let case = copy("tube", folder.path());
+    let case = copy_of("tube", folder.path());
     edit(
         &case.join("fluid/system/blockMeshDict"),
         "along   36;",
@@ -355,7 +339,7 @@ fn obstacles_to_coupling_are_named_with_lines() {
     ];
     for (change, message) in changes {
         let folder = tempfile::tempdir().unwrap();
-        let case = copy("tube", folder.path());
+        let case = copy_of("tube", folder.path());
         change(&case);
         let out = folder.path().join("run");
         let output = run(&case, &out, &[]).output().unwrap();
@@ -420,7 +404,7 @@ fn the_branches_of_a_bifurcation_are_alike() {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn a_branch_takes_a_fixed_share_of_the_inflow() {
     let folder = tempfile::tempdir().unwrap();
-    let case = copy("bifurcation", folder.path());
+    let case = copy_of("bifurcation", folder.path());
     let split = "type flowSplitVelocity; fraction 0.3; inlets (inlet);";
     for (field, condition) in [("U", split), ("p", "type zeroGradient;")] {
         let file = case.join("fluid/0").join(field);
@@ -463,7 +447,7 @@ fn a_flap_from_gmsh_bends_in_the_flow() {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn regions_are_boxes_patches_or_the_whole_and_pages_show_them() {
     let folder = tempfile::tempdir().unwrap();
-    let case = copy("tube", folder.path());
+    let case = copy_of("tube", folder.path());
     let blocks = case.join("fluid/system/blockMeshDict");
     edit(&blocks, "along   36;", "along   12;");
     let [whole, parts] = ["whole", "parts"].map(|name| folder.path().join(name));
@@ -603,7 +587,7 @@ fn regions_that_are_nowhere_or_twice_are_refused() {
         ),
     ] {
         let folder = tempfile::tempdir().unwrap();
-        let case = copy("tube", folder.path());
+        let case = copy_of("tube", folder.path());
         let settings = case.join("case.toml");
         let before = fs::read_to_string(&settings).unwrap();
         fs::write(&settings, format!("{before}\n[[fluid.region]]\n{lines}\n")).unwrap();
@@ -856,7 +840,7 @@ fn files_of_a_motion_are_looked_at_first() {
         assert!(!out.exists());
     }
     let folder = tempfile::tempdir().unwrap();
-    let case = copy("tube", folder.path());
+    let case = copy_of("tube", folder.path());
     edit(
         &case.join("case.toml"),
         "[wall]\n",
@@ -1005,7 +989,7 @@ fn a_rim_that_moves_takes_the_points_of_its_patch_along() {
 
 /// A short tube with few cells.
 fn short_tube(to: &Path) -> PathBuf {
-    let case = copy("tube", to);
+    let case = copy_of("tube", to);
     let blocks = case.join("fluid/system/blockMeshDict");
     edit(&blocks, "along   36;", "along   12;");
     case

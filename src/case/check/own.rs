@@ -39,6 +39,28 @@ pub(super) fn check(case: &Case, own: &OwnCase, report: &mut Report<'_>) {
         from_file(wall, file, report);
     }
     supports(own, report);
+    gravity(wall, report);
+}
+
+fn gravity(wall: &OwnWall, report: &mut Report<'_>) {
+    let Some(keys) = &wall.gravity else { return };
+    report(
+        &["wall.gravity.acceleration_m_s2"],
+        keys.acceleration.len() != 3,
+        format!(
+            "expected three numbers, along x, y and z, found {}",
+            keys.acceleration.len()
+        ),
+    );
+    report(
+        &[
+            "wall.gravity.acceleration_m_s2",
+            "wall.initial.pressure_Pa",
+        ],
+        wall.initial.is_some(),
+        "a wall that begins in equilibrium has no weight: leave out [wall.gravity] or [wall.initial]"
+            .into(),
+    );
 }
 
 /// The blood flows in a mesh of OpenFOAM's, or in that of a tree.

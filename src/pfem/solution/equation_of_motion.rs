@@ -11,6 +11,7 @@ use super::newton::{Equilibrium, Residual};
 use super::quasi_newton::KeptTangent;
 use super::time_scheme::{State, TimeScheme};
 use crate::Vec3;
+use fsi_numerics::half_cosine;
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -31,6 +32,46 @@ pub struct Linearization {
     pub dt: f64,
 }
 
+/// A body's weight, which grows by half a cosine at the beginning.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gravity {
+    /// Acceleration, m/s².
+    pub acceleration: Vec3,
+    /// How long it grows from t = 0 on, s; at 0 all of it acts at once.
+    pub ramp: f64,
+}
+
+impl Gravity {
+    /// The share of it that acts at the time `t` (s).
+    fn share(&self, t: f64) -> f64 {
+        half_cosine(t, self.ramp)
+    }
+
+    /// Forces (N) on a body of this density (kg/m³).
+    pub(super) fn weight(self, body: &Discretization, density: f64) -> Weight {
+        Weight {
+            forces: body.body_forces(density * self.acceleration),
+            gravity: self,
+        }
+    }
+}
+
+/// The forces of a body's weight.
+pub struct Weight {
+    /// All of them, at all coefficients, N.
+    forces: Vec<f64>,
+    /// Whence they come.
+    pub gravity: Gravity,
+}
+
+impl Weight {
+    /// Forces at the time `t` (s), N.
+    fn at(&self, t: f64) -> Vec<f64> {
+        let share = self.gravity.share(t);
+        self.forces.iter().map(|force| share * force).collect()
+    }
+}
+
 /// What of `M (a + α v) + C v + f_int(d) = f_ext(d)` stays the same from step to step.
 pub struct EquationOfMotion {
     /// The discretized body.
@@ -39,10 +80,8 @@ pub struct EquationOfMotion {
     pub wet: Surface,
     /// A pressure that acts all the time, on another surface.
     pub outer: Option<(Surface, SurfaceLoad)>,
-    /// Forces of the body's weight at all coefficients, N.
-    pub weight: Option<Vec<f64>>,
-    /// The acceleration of gravity that it comes from, m/s².
-    pub gravity: Vec3,
+    /// The body's weight.
+    pub weight: Option<Weight>,
     /// Density times the mass integrals, one scalar per pair of functions.
     pub mass: Vec<f64>,
     /// The same for products.
@@ -117,7 +156,7 @@ impl EquationOfMotion {
         let mut values = vec![0.0; body.pattern.entries()];
         body.pattern.add_scalar(1.0, &self.mass, &mut values);
         body.pattern.hold(&mut values);
-        let mut acceleration = body.restrict(weight);
+        let mut acceleration = body.restrict(&weight.at(0.0));
         body.factorize(&values)?.solve(&mut acceleration)?;
         Ok(body.moved(&still, &acceleration, 1.0))
     }
@@ -148,6 +187,8 @@ pub struct TimeStep<'a> {
     pub equation: &'a EquationOfMotion,
     /// State at the beginning of the step.
     pub old: &'a State,
+    /// Time at its end, s.
+    pub end: f64,
     /// Load at its end.
     pub load: &'a SurfaceLoad,
     /// Its length, s.
@@ -179,12 +220,12 @@ impl TimeStep<'_> {
 /// Weight, pressures on surfaces and viscous resistance, N.
 fn external_forces(
     body: &Discretization,
-    weight: Option<&[f64]>,
+    weight: Option<Vec<f64>>,
     pressures: &[Option<(&Surface, &SurfaceLoad)>],
     d: &[f64],
     v: &[f64],
 ) -> Vec<f64> {
-    let mut external = weight.map_or_else(|| vec![0.0; d.len()], <[f64]>::to_vec);
+    let mut external = weight.unwrap_or_else(|| vec![0.0; d.len()]);
     for (surface, load) in pressures.iter().flatten() {
         surface.add_forces(&body.numbering, d, load, LoadKind::Follower, &mut external);
     }
@@ -219,6 +260,7 @@ impl Equilibrium for TimeStep<'_> {
             Some((wet, self.load)),
             outer.as_ref().map(|(s, load)| (s, load)),
         ];
+        let weight = weight.as_ref().map(|weight| weight.at(self.end));
         let known = self.known_forces(d);
         let is_new = known.is_none();
         let (internal, (inertia, external)) = rayon::join(
@@ -235,7 +277,7 @@ impl Equilibrium for TimeStep<'_> {
             },
             || {
                 let inertia = mass_matrix.multiply(&rates);
-                let external = external_forces(body, weight.as_deref(), &pressures, d, &v);
+                let external = external_forces(body, weight, &pressures, d, &v);
                 (body.restrict(&inertia), body.restrict(&external))
             },
         );

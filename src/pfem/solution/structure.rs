@@ -19,6 +19,7 @@ use super::super::evaluation::locate::{Location, Locator};
 use super::super::evaluation::samples;
 use super::super::solid::{Solid, SolidError, StressPeak, SurfaceLoad, SurfacePoint};
 use super::super::supports::{self, PressureAround, Profile, Support};
+pub use super::equation_of_motion::Gravity;
 pub use super::equation_of_motion::Linearization;
 use super::equation_of_motion::{EquationOfMotion, InternalForces, TimeStep};
 use super::modes::{self, NaturalMode};
@@ -62,8 +63,8 @@ pub struct StructureOptions {
     pub supports: Vec<Support>,
     /// Pressure on the surface `outer` that is always there.
     pub outer_pressure: Option<PressureAround>,
-    /// Acceleration of gravity, m/s², which acts from t = 0 on; zero for none.
-    pub gravity: Vec3,
+    /// Weight; none if absent.
+    pub gravity: Option<Gravity>,
 }
 
 /// All that a structure keeps from one time step to the next.
@@ -207,8 +208,9 @@ impl Structure {
             floor: body.round_off()?,
             wet,
             outer: outer.transpose()?,
-            weight: weight(&body, options.density, options.gravity),
-            gravity: options.gravity,
+            weight: options
+                .gravity
+                .map(|gravity| gravity.weight(&body, options.density)),
             mass_matrix: body.pattern.scalar_matrix(&mass),
             mass,
             density: options.density,
@@ -237,8 +239,7 @@ impl Structure {
             floor: body.round_off()?,
             wet: reshaped(&old.wet)?,
             outer: outer.transpose()?,
-            weight: weight(&body, old.density, old.gravity),
-            gravity: old.gravity,
+            weight: (old.weight.as_ref()).map(|weight| weight.gravity.weight(&body, old.density)),
             mass_matrix: body.pattern.scalar_matrix(&mass),
             mass,
             density: old.density,
@@ -512,6 +513,7 @@ impl Structure {
         let step = TimeStep {
             equation: &self.equation,
             old: &self.state,
+            end: self.time + dt,
             load,
             dt,
             offset: None,
@@ -555,11 +557,6 @@ fn mass(body: &Discretization, density: f64) -> Vec<f64> {
     let mut mass = body.pattern.scalar_values(|e| body.elements.mass(e));
     mass.iter_mut().for_each(|m| *m *= density);
     mass
-}
-
-/// Forces (N) of a body's weight under an acceleration of gravity (m/s²); none without one.
-fn weight(body: &Discretization, density: f64, gravity: Vec3) -> Option<Vec<f64>> {
-    (gravity != Vec3::zeros()).then(|| body.body_forces(density * gravity))
 }
 
 /// Solves `r(d) = (1 - λ) r(d_0)` for λ growing from 0 to 1.

@@ -48,7 +48,8 @@ use crate::pfem::evaluation::locate::Location;
 use crate::pfem::solution::listener::Work;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::{
-    Discretization, Formulation, Solid, SolidError, Structure, StructureOptions, discretization,
+    Discretization, Formulation, Gravity, Solid, SolidError, Structure, StructureOptions,
+    discretization,
 };
 use crate::processes::machine_memory;
 use crate::simulation::observer::Observer;
@@ -516,7 +517,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
         wet_surface: domain.wet_surface.into(),
         supports: domain.supports.clone(),
         outer_pressure: domain.outer_pressure.clone(),
-        gravity: Vec3::zeros(),
+        gravity: gravity(case),
     };
     let mut solid = Structure::new(&domain.solid, &domain.materials, &options)?;
     fits(solid.body(), machine_memory())?;
@@ -526,6 +527,15 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
     Ok(match &domain.motion {
         Some(motion) => solid.moving_as(motion),
         None => solid,
+    })
+}
+
+/// The weight of the wall of a user-supplied case.
+fn gravity(case: &Case) -> Option<Gravity> {
+    let keys = case.own()?.wall.gravity.as_ref()?;
+    Some(Gravity {
+        acceleration: Vec3::from_column_slice(&keys.acceleration),
+        ramp: keys.ramp.unwrap_or(0.0),
     })
 }
 

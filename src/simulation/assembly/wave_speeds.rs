@@ -19,7 +19,6 @@
 //! contained in an initially stressed elastic tube*, Biophys. J. 6, 1966).
 
 use super::initial_state::{along_axis, in_state, on_x_axis};
-use crate::Vec3;
 use crate::case::{BloodVessel, Case, Material};
 use crate::geometry::supports as vessel_supports;
 use crate::geometry::{HexFace, Section, Vessel, tube_mesh};
@@ -96,7 +95,7 @@ pub fn wave_speeds(
         wet_surface: "inner".into(),
         supports: ring_supports(keys, &vessel, middle),
         outer_pressure: Some(PressureAround::constant(around)),
-        gravity: Vec3::zeros(),
+        gravity: None,
     };
     let solid = Structure::new(&mesh, &materials, &options)?;
     let initial = keys.initial_wall();

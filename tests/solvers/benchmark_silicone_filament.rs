@@ -1,0 +1,33 @@
+//! The silicone filament between two jets, after Hessenthaler and others (2017): see
+//! openfoam-case/silicone-filament/README.md, which has the whole run beside the experiment.
+
+use crate::benchmark_support::probes;
+use crate::run_support::{complete, copy, edit, text};
+use std::path::Path;
+use std::process::Command;
+
+/// The beginning, while inflow and buoyancy grow, on a coarse mesh with long steps: the end of the filament rises by so
+/// much as long as buoyancy prevails, 0.825 mm in cells half as large and steps half as long.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn buoyancy_lifts_the_silicone_filament_between_the_jets() {
+    let folder = tempfile::tempdir().unwrap();
+    let [case, out] = ["case", "run"].map(|name| folder.path().join(name));
+    let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/silicone-filament");
+    copy(&example, &case);
+    edit(&case.join("case.toml"), "../defaults.toml", "defaults");
+    let mut mesh = Command::new(case.join("make_mesh.sh"));
+    mesh.arg("6");
+    let said = text(&complete(mesh));
+    assert!(said.contains("Mesh OK"), "{said}");
+    let mut driver = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    driver.args(["--quiet", "--end-time", "0.3", "--set", "time.step_s=0.01"]);
+    driver.arg("--case").arg(&case).arg("--out").arg(&out);
+    complete(driver);
+    // The places of experiment.csv: along the middle line, and the end.
+    let tip = probes(&out).pop().unwrap();
+    let [_, x, y, z] = tip[29];
+    println!("{x}, {y}, {z}");
+    assert!((y / 7.624e-4 - 1.0).abs() < 5e-3, "{y}");
+    assert!(x.abs() < 5e-6 && z.abs() < 1e-5, "{x}, {z}");
+}
