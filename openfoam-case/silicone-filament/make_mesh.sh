@@ -1,6 +1,6 @@
 #!/bin/sh
-# Makes the surfaces of phantom and filament and the mesh of snappyHexMesh between them, of CELLS cells across the outlet
-# (12 if absent) before it is refined: make_mesh.sh [CELLS]
+# Makes the surfaces of phantom and filament, and the mesh of snappyHexMesh between them with CELLS cells across the
+# outlet (12 if absent) before it is refined: make_mesh.sh [CELLS]
 set -eu
 cd "$(dirname "$0")"
 : "${WM_PROJECT_DIR:=/usr/share/openfoam}"

@@ -23,7 +23,6 @@ use toml::Value;
 /// What a case is about, with the keys of that alone.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-#[expect(clippy::large_enum_variant, reason = "there is one of them in a run")]
 pub enum Problem {
     /// A vessel with blood that flows through.
     Vessel(BloodVessel),

@@ -407,6 +407,7 @@ fn benchmarks_of_moving_walls() {
         ("single-arteries", "0.02"),
         ("slow-inflation", "0.2"),
         ("womersley-thick", "0.005"),
+        ("silicone-filament", "0.01"),
     ] {
         run(&format!("openfoam-case/{case}/README.md"), Some(end));
     }

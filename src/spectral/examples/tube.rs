@@ -1,10 +1,10 @@
 //! Seconds, memory and iterations in a round tube whose wall moves, by the number of elements:
-//! `cargo run --release -p fsi-spectral --example tube -- CORE RADIAL LAYERS [STEPS [DEGREE [LENGTH]]]`.
+//! `cargo run --release -p fsi-spectral --example tube -- CORE RADIAL LAYERS [STEPS [DEGREE [LENGTH [STEP]]]]`.
 //!
 //! A section has CORE x CORE elements in its middle and RADIAL x 4 CORE around them; LAYERS of them are 81 mm long, or
 //! LENGTH m. The radius is 3 mm, the inflow that of an artery; the wall breathes by a tenth of the radius. Each step of
-//! 2 ms has two trials whose walls differ by a hundredth of the motion, as in a coupled run. Seconds are those of the
-//! processors.
+//! 2 ms, or STEP s, has two trials whose walls differ by a hundredth of the motion, as in a coupled run. Seconds are
+//! those of the processors.
 
 use fsi_spectral::spectral_elements::SpectralElements;
 use fsi_spectral::taylor_hood_space::{Boundary, Plane, Side, TaylorHoodSpace};
@@ -16,7 +16,6 @@ use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
 const RADIUS: f64 = 3e-3; // m
-const STEP: f64 = 2e-3; // s
 
 fn main() -> Result<(), FlowError> {
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -25,7 +24,12 @@ fn main() -> Result<(), FlowError> {
     };
     let (core, radial, layers) = (number(0, 2), number(1, 1), number(2, 27));
     let (steps, degree) = (number(3, 6), number(4, 4));
-    let length: f64 = (words.get(5)).map_or(0.081, |word| word.parse().expect("a length in m"));
+    let real = |i: usize, default: f64| -> f64 {
+        (words.get(i)).map_or(default, |word| {
+            word.parse().expect("a length in m, or a time in s")
+        })
+    };
+    let (length, step) = (real(5, 0.081), real(6, 2e-3));
     let tube = Tube::new(core, radial, degree);
 
     // 1. The unknowns, and where they are at rest: places across a section in units of the radius, along it in m.
@@ -67,7 +71,7 @@ fn main() -> Result<(), FlowError> {
     };
     let rest = vessel.positions(0.0, 0.0);
     let flow = Flow::new(space, settings, &fixed, wall, vec![end], &rest)?;
-    vessel.run(flow, &size, steps)
+    vessel.run(flow, &size, steps, step)
 }
 
 /// Numbers of unknowns.
@@ -109,8 +113,8 @@ impl Vessel {
         }
     }
 
-    /// Steps of two trials each, and what they take.
-    fn run(&self, mut flow: Flow, size: &Size, steps: usize) -> Result<(), FlowError> {
+    /// Steps of this length (s) of two trials each, and what they take.
+    fn run(&self, mut flow: Flow, size: &Size, steps: usize, length: f64) -> Result<(), FlowError> {
         let Size {
             elements,
             nodes,
@@ -132,15 +136,15 @@ impl Vessel {
         );
         let (mut seconds, mut iterations) = (0.0, 0);
         for step in 1..=steps {
-            let t = step as f64 * STEP;
+            let t = step as f64 * length;
             let mut trial = None;
             let (begin, then, mut spent) =
                 (processor_seconds(), flow.clock().by_part(), Vec::new());
             for error in [1e-2, 1e-4] {
                 let positions = self.positions(t, error);
-                let velocity = flow.mesh_velocity(&state, STEP, &positions);
+                let velocity = flow.mesh_velocity(&state, length, &positions);
                 let boundary = self.boundary(velocity, t);
-                let solution = flow.solve(&state, STEP, positions, &boundary, trial.as_ref())?;
+                let solution = flow.solve(&state, length, positions, &boundary, trial.as_ref())?;
                 spent.push(solution.iterations);
                 trial = Some(solution);
             }
