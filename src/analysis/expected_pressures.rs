@@ -59,12 +59,13 @@ impl Pressures {
         Ok(all.pressures(&curve))
     }
 
-    /// The pressure that the openings of a tree make in it, in the periodic state of beats of `period` (s): the same
-    /// everywhere, without the tree's own resistance, inertia and compliance. By Euler's implicit method.
+    /// The pressure that the openings of a tree of the compliance `own` (m³/Pa) make in it, in the periodic state of
+    /// beats of `period` (s): the same everywhere, without the tree's own resistance and inertia. By Euler's implicit
+    /// method.
     ///
     /// # Errors
     /// If a curve cannot be read.
-    pub fn expected_in_tree(tree: &TreeKeys, period: f64) -> Result<Self, TableError> {
+    pub fn expected_in_tree(tree: &TreeKeys, period: f64, own: f64) -> Result<Self, TableError> {
         let openings = tree.openings(period)?;
         let step = period / STEPS as f64;
         let (mut stored, mut mean) = (vec![0.0; openings.len()], f64::INFINITY);
@@ -73,9 +74,15 @@ impl Pressures {
                 *stored = model.at_start();
             }
         }
-        let mut found = Vec::new();
+        let initial: f64 = stored.iter().sum::<f64>() / stored.len().max(1) as f64;
+        let (mut found, mut last) = (Vec::new(), initial);
         for _ in 0..MOST_PERIODS {
-            let at = |i: usize| common(&openings, &mut stored, step * i as f64, step);
+            let at = |i: usize| {
+                // The wall stores what lies between this pressure and the last.
+                let wall = (own > 0.0).then(|| (last, step / own));
+                last = common(&openings, &mut stored, wall, step * i as f64, step);
+                last
+            };
             found = (1..=STEPS).map(at).collect();
             let next = found.iter().sum::<f64>() / STEPS as f64;
             if (next - mean).abs() <= STEADY * next.abs() {
@@ -88,8 +95,14 @@ impl Pressures {
 }
 
 /// The pressure (Pa) that these openings share at the end of a step (s) at `time` (s), with which the pressures
-/// `stored` in windkessels (Pa) go on.
-fn common(openings: &[Opening], stored: &mut [f64], time: f64, step: f64) -> f64 {
+/// `stored` in windkessels (Pa) go on. The `wall` takes so much beyond a pressure (Pa) as a resistance (Pa s/m³) does.
+fn common(
+    openings: &[Opening],
+    stored: &mut [f64],
+    wall: Option<(f64, f64)>,
+    time: f64,
+    step: f64,
+) -> f64 {
     let conditions = || openings.iter().map(|opening| &opening.condition);
     let inflow = |condition: &Condition| match condition {
         Condition::Flow(curve, _) => curve.flow(time),
@@ -124,8 +137,9 @@ fn common(openings: &[Opening], stored: &mut [f64], time: f64, step: f64) -> f64
     let pressure = match given {
         Some((pressure, _)) => *pressure,
         None => {
-            let base: f64 = takers.iter().flatten().map(|(base, r)| base / r).sum();
-            let conductance: f64 = takers.iter().flatten().map(|(_, r)| 1.0 / r).sum();
+            let all = || takers.iter().flatten().chain(&wall);
+            let base: f64 = all().map(|(base, r)| base / r).sum();
+            let conductance: f64 = all().map(|(_, r)| 1.0 / r).sum();
             (flow + base) / conductance
         }
     };
@@ -143,7 +157,8 @@ fn common(openings: &[Opening], stored: &mut [f64], time: f64, step: f64) -> f64
 mod tests {
     use super::*;
 
-    /// Two windkessels side by side make the pressures of one with half their resistances and twice their compliance.
+    /// Two windkessels side by side make the pressures of one with half their resistances and twice their compliance,
+    /// also downstream of a wall that yields.
     #[test]
     fn windkessels_side_by_side_are_one() {
         let windkessel = "condition = \"windkessel\"\nproximal_resistance_Pa_s_m3 = 2e8\nresistance_Pa_s_m3 = 3.8e9\n\
@@ -155,25 +170,27 @@ mod tests {
              name = \"left\"\n{windkessel}[[opening]]\nname = \"right\"\n{windkessel}"
         );
         let tree: TreeKeys = toml::from_str(&text).unwrap();
-        let found = Pressures::expected_in_tree(&tree, 0.9).unwrap();
         let openings = tree.openings(0.9).unwrap();
         let Condition::Flow(curve, _) = &openings[0].condition else {
             panic!("{openings:?}")
         };
-        let both = ThreeElements {
-            proximal: 1e8,
-            resistance: 1.9e9,
-            compliance: 5e-10,
-            vessel: 0.0,
-        };
-        let whole = both.pressures(curve);
-        let pairs = [
-            (found.mean, whole.mean),
-            (found.lowest, whole.lowest),
-            (found.highest, whole.highest),
-        ];
-        for (a, b) in pairs {
-            assert!((a / b - 1.0).abs() < 5e-4, "{found:?} {whole:?}");
+        for vessel in [0.0, 2e-10] {
+            let found = Pressures::expected_in_tree(&tree, 0.9, vessel).unwrap();
+            let both = ThreeElements {
+                proximal: 1e8,
+                resistance: 1.9e9,
+                compliance: 5e-10,
+                vessel,
+            };
+            let whole = both.pressures(curve);
+            let pairs = [
+                (found.mean, whole.mean),
+                (found.lowest, whole.lowest),
+                (found.highest, whole.highest),
+            ];
+            for (a, b) in pairs {
+                assert!((a / b - 1.0).abs() < 5e-4, "{found:?} {whole:?}");
+            }
         }
     }
 }

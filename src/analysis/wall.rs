@@ -51,6 +51,8 @@ pub struct WallFigures {
     pub parts: Vec<PartFigures>,
     /// Volume of the lumen relative to that without load, of a tree.
     pub volumes: Vec<f64>,
+    /// Volume of the lumen without load, of a tree, m³.
+    pub lumen_volume: f64,
     /// Pressure (Pa) at which this wall loses its stability, if below [`Self::reach`].
     pub buckling: Option<f64>,
     /// The same for the wall without its imperfection: an imperfect wall bends more and more on the way there.
@@ -336,6 +338,7 @@ impl WallFigures {
             Ok(())
         })?;
         (found.volumes, found.parts) = (volumes, parts);
+        found.lumen_volume = empty;
         Ok(found)
     }
 

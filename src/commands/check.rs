@@ -374,12 +374,12 @@ fn mmhg(pressure: f64) -> String {
 
 /// What `--wall` prints.
 fn in_figures(case: &Case, pressed: &Pressed<'_>) -> Result<String, Failure> {
-    // The wall's own compliance, which is left out, brings them closer together.
+    // The wall's own compliance, which is not known yet, brings them closer together.
     let period = case.time.period;
     let (maker, expected) = match pressed {
         Pressed::Tree(tree) => (
             "the openings make",
-            Pressures::expected_in_tree(tree, period),
+            Pressures::expected_in_tree(tree, period, 0.0),
         ),
         Pressed::Vessel(vessel) => {
             let maker = match vessel.condition_at(VesselSide::End) {
@@ -412,6 +412,18 @@ fn in_figures(case: &Case, pressed: &Pressed<'_>) -> Result<String, Failure> {
     );
     text += &radii(&wall);
     text += &widenings(&wall);
+    if let (Pressed::Tree(tree), [from, to, ..]) = (pressed, &wall.volumes[..]) {
+        let own = (to - from) * wall.lumen_volume / (expected.highest - expected.mean);
+        let stored = Pressures::expected_in_tree(tree, period, own.max(0.0));
+        let stored = stored.map_err(|e| Failure::Input(e.to_string()))?;
+        text += &format!(
+            "  so it stores {own:.2e} m³/Pa, with which the openings make {:.1} to {:.1} mmHg, without {:.1} to {:.1}\n",
+            stored.lowest / MMHG,
+            stored.highest / MMHG,
+            expected.lowest / MMHG,
+            expected.highest / MMHG
+        );
+    }
     if wall.tissue_shares.iter().any(|share| *share != 0.0) {
         for (pressure, share) in wall.pressures.iter().zip(&wall.tissue_shares) {
             text += &format!(

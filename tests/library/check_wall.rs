@@ -95,6 +95,30 @@ fn a_wall_that_buckles_too_early_is_said_to() {
     assert!(said.contains("those of a buckling column"), "{said}");
 }
 
+/// A symmetric Y: how its lumen widens, and the pressures to expect once the wall stores some of the blood.
+#[test]
+fn the_wall_of_a_tree_stores_blood() {
+    let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["check", "examples/trees/y", "--preset", "demo", "--wall"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert!(output.status.success(), "{said}");
+    let (_, stores) = said.split_once("so it stores ").unwrap();
+    let number = |text: &str| -> f64 { text.parse().unwrap() };
+    // A tenth of the windkessels'
+    let (stored, pressures) = stores.split_once(" m³/Pa, with which").unwrap();
+    assert!((number(stored) - 1.87e-11).abs() < 2e-13, "{said}");
+    let lowest = number(between(pressures, "make ", " to "));
+    let highest = number(between(pressures, " to ", " mmHg"));
+    assert!(
+        (lowest - 65.2).abs() < 0.15 && (highest - 77.6).abs() < 0.15,
+        "{said}"
+    );
+    assert!(said.contains("without 64.8 to 78.2"), "{said}");
+}
+
 /// A wall that is given loaded has its given radius under the pressure of its shape.
 #[test]
 fn loaded_wall_has_its_given_radius() {
