@@ -158,7 +158,7 @@ mod tests {
     use super::*;
 
     /// Two windkessels side by side make the pressures of one with half their resistances and twice their compliance,
-    /// also downstream of a wall that yields.
+    /// also downstream of an elastic wall.
     #[test]
     fn windkessels_side_by_side_are_one() {
         let windkessel = "condition = \"windkessel\"\nproximal_resistance_Pa_s_m3 = 2e8\nresistance_Pa_s_m3 = 3.8e9\n\
