@@ -412,9 +412,12 @@ fn in_figures(case: &Case, pressed: &Pressed<'_>) -> Result<String, Failure> {
     );
     text += &radii(&wall);
     text += &widenings(&wall);
-    if let (Pressed::Tree(tree), [from, to, ..]) = (pressed, &wall.volumes[..]) {
-        let own = (to - from) * wall.lumen_volume / (expected.highest - expected.mean);
-        let stored = Pressures::expected_in_tree(tree, period, own.max(0.0));
+    let pulse = expected.highest - expected.mean;
+    if let (Pressed::Tree(tree), [from, to, ..]) = (pressed, &wall.volumes[..])
+        && to > from
+    {
+        let own = (to - from) * wall.lumen_volume / pulse;
+        let stored = Pressures::expected_in_tree(tree, period, own);
         let stored = stored.map_err(|e| Failure::Input(e.to_string()))?;
         text += &format!(
             "  so it stores {own:.2e} m³/Pa, with which the openings make {:.1} to {:.1} mmHg, without {:.1} to {:.1}\n",
