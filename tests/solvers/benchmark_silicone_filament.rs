@@ -16,6 +16,14 @@ fn buoyancy_lifts_the_silicone_filament_between_the_jets() {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/silicone-filament");
     copy(&example, &case);
     edit(&case.join("case.toml"), "../defaults.toml", "defaults");
+    // The example may have one.
+    let _ = std::fs::remove_dir_all(case.join("fluid/constant/polyMesh"));
+    let mut check = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    let refused = check.arg("check").arg(&case).output().unwrap();
+    assert_eq!(refused.status.code(), Some(2));
+    let said = text(&refused);
+    assert!(said.contains("there is no mesh yet"), "{said}");
+    assert!(said.contains("run make_mesh.sh beside the case"), "{said}");
     let mut mesh = Command::new(case.join("make_mesh.sh"));
     mesh.arg("6");
     let said = text(&complete(mesh));

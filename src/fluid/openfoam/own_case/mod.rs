@@ -84,8 +84,20 @@ impl OwnCaseFiles<'_> {
     /// afterwards.
     ///
     /// # Errors
-    /// If there is neither, or it cannot be read or made.
+    /// If there is neither, it cannot be read or made, or the blocks are those that `snappyHexMesh` cuts.
     pub fn mesh(&self) -> Result<PolyMesh, FileError> {
+        let cuts = self.folder().join("system/snappyHexMeshDict");
+        if self.needs_blocks() && cuts.is_file() {
+            let script = self.folder().join("../make_mesh.sh");
+            let remedy = match script.is_file() {
+                true => "run make_mesh.sh beside the case",
+                false => "run blockMesh and snappyHexMesh -overwrite in the case",
+            };
+            let reason = format!(
+                "there is no mesh yet in constant/polyMesh, and the driver runs blockMesh alone: {remedy}"
+            );
+            return Err(FileError::new(&cuts, reason));
+        }
         if !self.needs_blocks() {
             let folder = self.folder().join("constant/polyMesh");
             if !folder.is_dir() {
