@@ -8,24 +8,15 @@ set -eu
 out=$(mkdir -p "$1" && cd "$1" && pwd)
 cd "$(dirname "$0")/../.."
 case=openfoam-case/fda-nozzle
-fsi() { cargo run --release --quiet -- "$@"; }
+. openfoam-case/kept.sh
 
 # compute NAME OPTIONS...: the case in FOLDER/NAME, with its last step in kept/NAME
 compute() {
     name=$1
     shift
-    if ! grep -qs '"status": "complete"' "$out/$name/summary.json"; then
-        resume=
-        [ ! -d "$out/$name/checkpoints" ] || resume=--resume
-        fsi --case $case --out "$out/$name" $resume "$@"
-    fi
-    kept=$case/kept/$name
-    mkdir -p $kept
-    cp "$out/$name/case.resolved.toml" "$out/$name/summary.json" "$out/$name/hemodynamics.json" $kept
-    for table in probes.csv fluid-probes.csv; do
-        last=$(tail -n 1 "$out/$name/$table" | cut -d, -f1)
-        awk -F, -v last="$last" 'NR == 1 || $1 == last' "$out/$name/$table" >$kept/$table
-    done
+    complete "$out/$name" --case $case "$@"
+    keep "$out/$name" $case/kept/$name
+    keep_last "$out/$name" $case/kept/$name
 }
 
 compute openfoam --set time.step_s=0.02

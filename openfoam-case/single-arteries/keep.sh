@@ -8,19 +8,13 @@ set -eu
 out=$(mkdir -p "$1" && cd "$1" && pwd)
 cd "$(dirname "$0")/../.."
 case=openfoam-case/single-arteries
-fsi() { cargo run --release --quiet -- "$@"; }
+. openfoam-case/kept.sh
 
 # compute ARTERY FLUID START: the run FOLDER/ARTERY-FLUID, and its rows after START in kept/ARTERY-FLUID
 compute() {
-    run=$out/$1-$2
-    if ! grep -qs '"status": "complete"' "$run/summary.json"; then
-        resume=
-        [ ! -d "$run/checkpoints" ] || resume=--resume
-        fsi --case "$case/$1.toml" --fluid "$2" --out "$run" $resume
-    fi
-    kept=$case/kept/$1-$2
-    mkdir -p "$kept"
-    cp "$run/case.resolved.toml" "$run/summary.json" "$run/hemodynamics.json" "$kept"
+    run=$out/$1-$2 kept=$case/kept/$1-$2
+    complete "$run" --case "$case/$1.toml" --fluid "$2"
+    keep "$run" "$kept"
     for table in history.csv probes.csv sections.csv; do
         awk -F, -v start="$3" 'NR == 1 || $1 > start' "$run/$table" >"$kept/$table"
     done

@@ -95,7 +95,8 @@ impl Pressures {
 }
 
 /// The pressure (Pa) that these openings share at the end of a step (s) at `time` (s), with which the pressures
-/// `stored` in windkessels (Pa) go on. The `wall` takes so much beyond a pressure (Pa) as a resistance (Pa s/m³) does.
+/// `stored` in windkessels (Pa) go on. An elastic `wall` acts
+/// within a step as a resistance (Pa s/m³) towards the last pressure (Pa).
 fn common(
     openings: &[Opening],
     stored: &mut [f64],

@@ -69,10 +69,9 @@ table! {
 }
 
 table! {
-    /// A body force on the wall: its weight, of which the buoyancy in a fluid is taken off that is computed without
-    /// its own.
+    /// A body force on the wall: its weight, less its buoyancy where the fluid is computed without weight.
     pub struct WallGravity {
-        acceleration: Vec<f64> = "acceleration_m_s2", ValueKind::Amplitudes(3), "weight by mass, x, y and z: gravity times 1 less the fluid's density over the wall's";
+        acceleration: Vec<f64> = "acceleration_m_s2", ValueKind::Amplitudes(3), "acceleration along x, y and z: gravity, times 1 minus the fluid's density over the wall's";
         ramp: Option<f64> = "ramp_s", from(0.0, 100.0), "how long it grows from t = 0 on, by half a cosine", absent "0";
     }
 }

@@ -412,20 +412,8 @@ fn in_figures(case: &Case, pressed: &Pressed<'_>) -> Result<String, Failure> {
     );
     text += &radii(&wall);
     text += &widenings(&wall);
-    let pulse = expected.highest - expected.mean;
-    if let (Pressed::Tree(tree), [from, to, ..]) = (pressed, &wall.volumes[..])
-        && to > from
-    {
-        let own = (to - from) * wall.lumen_volume / pulse;
-        let stored = Pressures::expected_in_tree(tree, period, own);
-        let stored = stored.map_err(|e| Failure::Input(e.to_string()))?;
-        text += &format!(
-            "  so it stores {own:.2e} m³/Pa, with which the openings make {:.1} to {:.1} mmHg, without {:.1} to {:.1}\n",
-            stored.lowest / MMHG,
-            stored.highest / MMHG,
-            expected.lowest / MMHG,
-            expected.highest / MMHG
-        );
+    if let Pressed::Tree(tree) = pressed {
+        text += &storage(tree, &wall, &expected, period)?;
     }
     if wall.tissue_shares.iter().any(|share| *share != 0.0) {
         for (pressure, share) in wall.pressures.iter().zip(&wall.tissue_shares) {
@@ -439,6 +427,32 @@ fn in_figures(case: &Case, pressed: &Pressed<'_>) -> Result<String, Failure> {
     let is_perfect = matches!(pressed, Pressed::Tree(_));
     text += &buckling(&wall, expected.highest, is_perfect);
     Ok(text)
+}
+
+/// What the wall of a tree stores between the mean and the highest of the pressures that were `expected` without it,
+/// and the pressures to expect with that. Nothing if the pressure does not pulsate, or the wall does not carry it.
+fn storage(
+    tree: &TreeKeys,
+    wall: &WallFigures,
+    expected: &Pressures,
+    period: f64,
+) -> Result<String, Failure> {
+    let [mean, highest] = wall.volumes[..] else {
+        return Ok(String::new());
+    };
+    if highest <= mean {
+        return Ok(String::new());
+    }
+    let own = (highest - mean) * wall.lumen_volume / (expected.highest - expected.mean);
+    let stored = Pressures::expected_in_tree(tree, period, own);
+    let stored = stored.map_err(|e| Failure::Input(e.to_string()))?;
+    Ok(format!(
+        "  so it stores {own:.2e} m³/Pa, with which the openings make {:.1} to {:.1} mmHg, without {:.1} to {:.1}\n",
+        stored.lowest / MMHG,
+        stored.highest / MMHG,
+        expected.lowest / MMHG,
+        expected.highest / MMHG
+    ))
 }
 
 /// How far the wall of a tree is widened.

@@ -2,6 +2,7 @@
 //!
 //! `MUTATIONS=5000 cargo test --release --test library damaged_files` looks longer than the tests do.
 
+use crate::file_support::copy;
 use fsi_driver::case::{Case, Preset};
 use fsi_driver::geometry::{PolyMesh, WallFile};
 use fsi_driver::polydata::PolyData;
@@ -74,17 +75,6 @@ impl Random {
 
 fn project() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).to_owned()
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap().map(Result::unwrap) {
-        let to = to.join(entry.file_name());
-        match entry.path().is_dir() {
-            true => copy(&entry.path(), &to),
-            false => drop(fs::copy(entry.path(), to).unwrap()),
-        }
-    }
 }
 
 /// Reads a file with `read` after each of many ways to damage it. Both, files that are read and files that are refused,

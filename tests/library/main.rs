@@ -15,6 +15,8 @@ mod coupling_loop;
 mod coupling_models;
 mod coupling_noise;
 mod damaged_files;
+#[path = "../file_support/mod.rs"]
+mod file_support;
 mod geometry_flag;
 mod geometry_fluid;
 mod geometry_vessel;

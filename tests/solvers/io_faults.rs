@@ -216,16 +216,6 @@ fn names(root: &Path) -> BTreeSet<PathBuf> {
     all
 }
 
-fn copy(from: &Path, to: &Path) {
-    std::fs::create_dir(to).unwrap();
-    for name in names(from) {
-        match from.join(&name) {
-            folder if folder.is_dir() => std::fs::create_dir(to.join(name)).unwrap(),
-            file => drop(std::fs::copy(file, to.join(name)).unwrap()),
-        }
-    }
-}
-
 #[test]
 fn a_call_for_a_file_that_fails_once_changes_no_result() {
     for resumed in [false, true] {

@@ -21,6 +21,8 @@ mod cross_check;
 mod damaged_results;
 mod diverging_flow;
 mod fault_campaign;
+#[path = "../file_support/mod.rs"]
+mod file_support;
 mod fluid_faults;
 mod fluid_hostile;
 mod fluid_second_order;

@@ -42,11 +42,6 @@ pub struct Gravity {
 }
 
 impl Gravity {
-    /// The share of it that acts at the time `t` (s).
-    fn share(&self, t: f64) -> f64 {
-        half_cosine(t, self.ramp)
-    }
-
     /// Forces (N) on a body of this density (kg/m³).
     pub(super) fn weight(self, body: &Discretization, density: f64) -> Weight {
         Weight {
@@ -60,14 +55,14 @@ impl Gravity {
 pub struct Weight {
     /// All of them, at all coefficients, N.
     forces: Vec<f64>,
-    /// Whence they come.
+    /// What they are made from.
     pub gravity: Gravity,
 }
 
 impl Weight {
     /// Forces at the time `t` (s), N.
     fn at(&self, t: f64) -> Vec<f64> {
-        let share = self.gravity.share(t);
+        let share = half_cosine(t, self.gravity.ramp);
         self.forces.iter().map(|force| share * force).collect()
     }
 }

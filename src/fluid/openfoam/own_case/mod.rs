@@ -86,8 +86,16 @@ impl OwnCaseFiles<'_> {
     /// # Errors
     /// If there is neither, it cannot be read or made, or the blocks are those that `snappyHexMesh` cuts.
     pub fn mesh(&self) -> Result<PolyMesh, FileError> {
+        if !self.needs_blocks() {
+            let folder = self.folder().join("constant/polyMesh");
+            if !folder.is_dir() {
+                let reason = "there is no mesh, and no system/blockMeshDict to make it from";
+                return Err(FileError::new(&folder, reason));
+            }
+            return PolyMesh::read(self.folder());
+        }
         let cuts = self.folder().join("system/snappyHexMeshDict");
-        if self.needs_blocks() && cuts.is_file() {
+        if cuts.is_file() {
             let script = self.folder().join("../make_mesh.sh");
             let remedy = match script.is_file() {
                 true => "run make_mesh.sh beside the case",
@@ -97,14 +105,6 @@ impl OwnCaseFiles<'_> {
                 "there is no mesh yet in constant/polyMesh, and the driver runs blockMesh alone: {remedy}"
             );
             return Err(FileError::new(&cuts, reason));
-        }
-        if !self.needs_blocks() {
-            let folder = self.folder().join("constant/polyMesh");
-            if !folder.is_dir() {
-                let reason = "there is no mesh, and no system/blockMeshDict to make it from";
-                return Err(FileError::new(&folder, reason));
-            }
-            return PolyMesh::read(self.folder());
         }
         let dictionary = self.folder().join("system/blockMeshDict");
         let wrong = |reason: String| FileError::new(&dictionary, reason);

@@ -1,0 +1,31 @@
+# What the scripts share that compare a case with measured or published data; read by `. openfoam-case/kept.sh`, in the
+# project's folder, with the folder of the case in $case.
+
+fsi() { cargo run --release --quiet -- "$@"; }
+
+is_complete() { grep -qs '"status": "complete"' "$1/summary.json"; }
+
+# complete RUN OPTIONS...: computes it, or goes on where it ended
+complete() {
+    run=$1
+    shift
+    is_complete "$run" && return
+    resume=
+    [ ! -d "$run/checkpoints" ] || resume=--resume
+    fsi --out "$run" $resume "$@"
+}
+
+# keep RUN KEPT: its settings, without the path to this machine's copy of the case, and its figures
+keep() {
+    mkdir -p "$2"
+    sed "s|$PWD/$case/||" "$1/case.resolved.toml" >"$2/case.resolved.toml"
+    cp "$1/summary.json" "$1/hemodynamics.json" "$2"
+}
+
+# keep_last RUN KEPT: the last step of what it recorded at points
+keep_last() {
+    for table in probes.csv fluid-probes.csv; do
+        last=$(tail -n 1 "$1/$table" | cut -d, -f1)
+        awk -F, -v last="$last" 'NR == 1 || $1 == last' "$1/$table" >"$2/$table"
+    done
+}
