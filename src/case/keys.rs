@@ -75,6 +75,12 @@ choice! {
             viscosity: Option<f64> = "viscosity_Pa_s", VISCOSITY,
                 "viscous stress by rate of strain (Kelvin-Voigt)", absent "0";
         }
+        /// Hooke's law between engineering strain and first Piola-Kirchhoff stress, for comparison with programs whose
+        /// wall is linear: for small strains and rotations only.
+        LinearElastic = "linear_elastic" {
+            youngs_modulus: f64 = "youngs_modulus_Pa", BULK, "Young's modulus";
+            poisson_ratio: f64 = "poisson_ratio", from(-0.99, 0.4999), "Poisson's ratio";
+        }
     }
 }
 

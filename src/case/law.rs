@@ -1,7 +1,9 @@
 //! The materials of a case as the structural solver takes them.
 
 use super::Material;
-use fsi_pfem::material::{HolzapfelGasserOgden, KelvinVoigt, Law, NeoHooke, SaintVenantKirchhoff};
+use fsi_pfem::material::{
+    HolzapfelGasserOgden, KelvinVoigt, Law, LinearElastic, NeoHooke, SaintVenantKirchhoff,
+};
 use std::sync::Arc;
 
 impl From<&Material> for Law {
@@ -46,6 +48,13 @@ impl From<&Material> for Law {
                     let elastic = SaintVenantKirchhoff::new(youngs_modulus, poisson_ratio);
                     (Arc::new(elastic), viscosity)
                 }
+                Material::LinearElastic {
+                    youngs_modulus,
+                    poisson_ratio,
+                } => (
+                    Arc::new(LinearElastic::new(youngs_modulus, poisson_ratio)),
+                    None,
+                ),
             };
         let viscosity = viscosity.filter(|&viscosity| viscosity > 0.0);
         Self {

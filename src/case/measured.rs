@@ -60,6 +60,62 @@ pub enum MeasuredQuantity {
     /// Displacement of the wall along z.
     #[serde(rename = "displacement_z_m")]
     DisplacementZ,
+    /// Force of the fluid along x, on what the function object of OpenFOAM that has the name of the series, up to a
+    /// colon, adds up.
+    #[serde(rename = "force_x_N")]
+    ForceX,
+    /// The same along y.
+    #[serde(rename = "force_y_N")]
+    ForceY,
+    /// The same along z.
+    #[serde(rename = "force_z_N")]
+    ForceZ,
+}
+
+/// What a value says of a quantity over time, from the time of its row to the end of the run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Statistic {
+    /// Mean over time.
+    Mean,
+    /// Half of the sum of the largest and the least value.
+    Middle,
+    /// Half of the difference of the largest and the least value.
+    Amplitude,
+    /// The largest value: of the parabola through the largest sample and its neighbours.
+    Largest,
+    /// The least value, likewise.
+    Least,
+    /// When the largest value is reached.
+    #[serde(rename = "time_of_largest_s")]
+    TimeOfLargest,
+    /// How often per second the middle is passed upwards.
+    #[serde(rename = "frequency_1_s")]
+    Frequency,
+}
+
+impl Statistic {
+    /// What it is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mean => "mean",
+            Self::Middle => "middle",
+            Self::Amplitude => "amplitude",
+            Self::Largest => "largest",
+            Self::Least => "least",
+            Self::TimeOfLargest => "time of the largest",
+            Self::Frequency => "frequency",
+        }
+    }
+
+    /// Its unit, for a quantity with this unit.
+    pub fn unit(self, of_quantity: &'static str) -> &'static str {
+        match self {
+            Self::Frequency => "Hz",
+            Self::TimeOfLargest => "s",
+            _ => of_quantity,
+        }
+    }
 }
 
 /// What records a quantity in a run.
@@ -71,6 +127,8 @@ pub enum Recorder {
     BloodProbe,
     /// A cross-section, `output.section`.
     Section,
+    /// A function object of OpenFOAM, in the templates' `controlDict`.
+    FunctionObject,
 }
 
 impl MeasuredQuantity {
@@ -84,6 +142,7 @@ impl MeasuredQuantity {
             WallPressure | WallPressureDifference | WallShear => Recorder::WallProbe,
             DisplacementX | DisplacementY | DisplacementZ => Recorder::WallProbe,
             Flow | SectionPressure | SectionRadiusDifference => Recorder::Section,
+            ForceX | ForceY | ForceZ => Recorder::FunctionObject,
         }
     }
 
@@ -116,6 +175,9 @@ impl MeasuredQuantity {
             DisplacementX => "displacement along x",
             DisplacementY => "displacement along y",
             DisplacementZ => "displacement along z",
+            ForceX => "force along x",
+            ForceY => "force along y",
+            ForceZ => "force along z",
         };
         format!("{name} / {}", self.unit())
     }
@@ -133,6 +195,7 @@ impl MeasuredQuantity {
             | WallShear
             | SectionPressure => "Pa",
             DisplacementX | DisplacementY | DisplacementZ | SectionRadiusDifference => "m",
+            ForceX | ForceY | ForceZ => "N",
         }
     }
 }
@@ -144,6 +207,7 @@ impl MeasuredQuantity {
 struct MeasuredRow {
     series: String,
     quantity: MeasuredQuantity,
+    statistic: Option<Statistic>,
     time_s: Option<f64>,
     x_m: f64,
     y_m: f64,
@@ -159,8 +223,10 @@ struct MeasuredRow {
 pub struct MeasuredPoint {
     /// Where (m): of the unloaded wall, or fixed in space.
     pub place: [f64; 3],
-    /// When (s); at the end of the run if the file does not say.
+    /// When (s); at the end of the run if the file does not say. A statistic counts from then on, or all of the run.
     pub time: Option<f64>,
+    /// What the value says of the quantity over time, if it is not its value at one time.
+    pub statistic: Option<Statistic>,
     /// The value, in the quantity's unit: the mean where it was measured more than once.
     pub value: f64,
     /// Standard deviation of what was measured there.
@@ -181,9 +247,14 @@ pub struct MeasuredSeries {
 }
 
 impl MeasuredSeries {
-    /// The cross-section that records it, if one does: its name up to a colon.
-    pub fn section(&self) -> &str {
+    /// The cross-section or function object that records it, if one does: its name up to a colon.
+    pub fn recorded_by(&self) -> &str {
         self.name.split(':').next().unwrap_or_default()
+    }
+
+    /// Whether its values are statistics over time; none or all are.
+    pub fn is_over_time(&self) -> bool {
+        self.points[0].statistic.is_some()
     }
 }
 
@@ -196,7 +267,7 @@ pub struct Measurements {
 
 impl Measurements {
     /// Reads a table with the columns `series,quantity,x_m,y_m,z_m,value`, and where they are known
-    /// `time_s,sd,lowest,highest`; see [`Sheet::of_words`].
+    /// `statistic,time_s,sd,lowest,highest`; see [`Sheet::of_words`].
     ///
     /// # Errors
     /// What is wrong with it, in words that name file and line.
@@ -206,7 +277,8 @@ impl Measurements {
             "x_m", "y_m", "z_m", "value", "time_s", "sd", "lowest", "highest",
         ];
         const NEEDED: [&str; 4] = ["x_m", "y_m", "z_m", "value"];
-        const EXPECTED: &str = "expected the columns series,quantity,x_m,y_m,z_m,value and, as you know them, time_s,sd,lowest,highest";
+        const EXPECTED: &str = "expected the columns series,quantity,x_m,y_m,z_m,value and, as you know them, \
+                                statistic,time_s,sd,lowest,highest";
         let sheet = Sheet::of_words(path, "series").map_err(|fault| match fault.line {
             Some(line) => named(format!(":{line}: {}", fault.message)),
             None => named(format!(": cannot read it: {}; {EXPECTED}", fault.message)),
@@ -297,6 +369,7 @@ fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), Fault> 
     let point = MeasuredPoint {
         place: [row.x_m, row.y_m, row.z_m],
         time: row.time_s,
+        statistic: row.statistic,
         value: row.value,
         sd: row.sd,
         range,
@@ -306,10 +379,17 @@ fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), Fault> 
             "the series {} began with another quantity; expected one quantity in a series",
             row.series
         )),
+        Some(series) if series.is_over_time() != row.statistic.is_some() => Err(fault!(
+            "statistic: the series {} has both values at one time and statistics; expected one of them in a series",
+            row.series
+        )),
         Some(series) => {
             series.points.push(point);
             Ok(())
         }
+        None if row.quantity.is_difference() && row.statistic.is_some() => Err(fault!(
+            "statistic: found one of a quantity that counts from the first point of its series; expected another quantity"
+        )),
         None if row.quantity.is_difference() && row.value != 0.0 => Err(fault!(
             "value: found {} at the first point of the series {}, from which its differences count: expected 0",
             row.value,
@@ -369,6 +449,29 @@ mod tests {
                 .unwrap();
         let point = &measured.series[0].points[0];
         assert_eq!((point.place, point.time), ([1.0, 2.0, 3.0], Some(0.5)));
+    }
+
+    #[test]
+    fn a_series_has_values_or_statistics() {
+        const HEAD: &str = "series,quantity,statistic,x_m,y_m,z_m,value\n";
+        let measured = read(&format!(
+            "{HEAD}tip,displacement_y_m,amplitude,0.6,0.2,0,0.035\ntip,displacement_y_m,frequency_1_s,0.6,0.2,0,5.46\n"
+        ));
+        let tip = &measured.unwrap().series[0];
+        assert!(tip.is_over_time());
+        assert_eq!(tip.points[0].statistic, Some(Statistic::Amplitude));
+        assert_eq!(tip.points[1].statistic, Some(Statistic::Frequency));
+        for (row, expected) in [
+            ("b,speed_m_s,,0,0,0,1", "b has both"),
+            (
+                "c,pressure_difference_Pa,mean,0,0,0,0",
+                "found one of a quantity that counts",
+            ),
+            ("c,speed_m_s,median,0,0,0,1", "unknown variant `median`"),
+        ] {
+            let reason = read(&format!("{HEAD}b,speed_m_s,mean,0,0,0,1\n{row}\n")).unwrap_err();
+            assert!(reason.message.contains(expected), "{row}: {reason}");
+        }
     }
 
     #[test]

@@ -248,14 +248,14 @@ impl Output {
         let measured = Measurements::read(path)?;
         let has = |name: &str| (self.section.iter().flatten()).any(|section| section.name == name);
         let is_missing = |series: &&MeasuredSeries| {
-            series.quantity.recorder() == Recorder::Section && !has(series.section())
+            series.quantity.recorder() == Recorder::Section && !has(series.recorded_by())
         };
         if let Some(series) = measured.series.iter().find(is_missing) {
             return Err(fault!(
                 "{}: `{}` is recorded by the cross-section {:?}, and the case has none; expected an [[output.section]] of this name",
                 path.display(),
                 series.name,
-                series.section()
+                series.recorded_by()
             ));
         }
         let kinds = [

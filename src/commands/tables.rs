@@ -19,7 +19,8 @@ const KINDS: &str = "expected `models STUDY` (a column for each run in a folder)
                      `agreement COARSE FINE COARSE FINE` (studies with one solver, then with the other; and `first:BEFORE,AFTER` or `second:BEFORE,AFTER` \
                      for what else was refined with one of them), `uncertainty RUN NAME=RUN,RUN…` \
                      (what was refined, from coarse to fine), `measured FILE RUN…` (runs compared with an experiment), \
-                     `measured:SERIES FILE RUN…` (point by point, _ for a space in the name), or `samples:FILE STUDY STUDY MEASURE…` \
+                     `measured:SERIES FILE RUN…` (point by point, _ for a space in the name), `statistics FILE RUN…` (its statistics \
+                     over time; `statistics:refined` for runs refined by the same factor from each to the next), or `samples:FILE STUDY STUDY MEASURE…` \
                      (the distribution of measures over samples, and where the runs of another study lie, also drawn as \
                      FILE.svg, _ for a space in the name); folders as seen from the page's";
 
@@ -168,6 +169,18 @@ fn table(
         }
         ["measured", file, runs @ ..] if !runs.is_empty() => {
             validation(folder, file, runs)?.summary()
+        }
+        [
+            kind @ ("statistics" | "statistics:refined"),
+            file,
+            runs @ ..,
+        ] if !runs.is_empty() => {
+            let table = validation(folder, file, runs)?.statistics(*kind == "statistics:refined");
+            table.ok_or_else(|| {
+                Failure::Input(format!(
+                    "{file} has no statistics over time: no column `statistic`"
+                ))
+            })?
         }
         [kind, file, runs @ ..] if kind.starts_with("measured:") && !runs.is_empty() => {
             let series = kind.trim_start_matches("measured:").replace('_', " ");

@@ -13,7 +13,7 @@ const LEGEND: &str = "of each run: root mean square of its difference from what 
 #[derive(Debug, clap::Args)]
 pub struct Arguments {
     /// What was measured: a CSV file with the columns series,quantity,x_m,y_m,z_m,value and, as they are known,
-    /// time_s,sd,lowest,highest.
+    /// statistic,time_s,sd,lowest,highest.
     #[arg(value_name = "FILE")]
     measured: PathBuf,
     /// Folders of runs whose case names the file as output.measured.
@@ -22,6 +22,9 @@ pub struct Arguments {
     /// Show one series point by point; `all` shows each.
     #[arg(long, value_name = "NAME")]
     series: Option<String>,
+    /// The runs are refined by the same factor from each to the next: show also where their statistics over time lead.
+    #[arg(long)]
+    refined: bool,
     /// Draw all series side by side: FILE.svg and FILE.png.
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
@@ -36,8 +39,13 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     }
     let names: Vec<&str> = match arguments.series.as_deref() {
         None => {
-            let table = validation.summary().to_markdown();
-            terminal::print(format_args!("{table}\n{LEGEND}\n"))?;
+            if validation.series().next().is_some() {
+                let table = validation.summary().to_markdown();
+                terminal::print(format_args!("{table}\n{LEGEND}\n"))?;
+            }
+            if let Some(table) = validation.statistics(arguments.refined) {
+                terminal::print(format_args!("{}\n", table.to_markdown()))?;
+            }
             return Ok(());
         }
         Some("all") => validation.series().collect(),

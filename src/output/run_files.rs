@@ -141,6 +141,11 @@ impl RunFiles {
         self.root.join(FLUID)
     }
 
+    /// What a function object of OpenFOAM writes.
+    pub fn function_object(&self, name: &str) -> PathBuf {
+        self.root.join(FLUID).join("postProcessing").join(name)
+    }
+
     /// Where the fluid works.
     pub fn workplace(&self) -> Workplace {
         Workplace {

@@ -1,17 +1,21 @@
 //! Runs compared with an experiment: what each has at the points that were measured, and how far it is from that.
 
 use super::figure::{Curve, Figure, Marker, Panel, Scale};
+use super::function_object;
+use super::refinement::Limit;
 use super::report::PageTable;
 use super::report::page::significant;
 use super::results::Results;
 use super::tables::{self, FluidProbeRow, ProbeRow, SectionRow};
+use super::time_statistics::statistic;
 use crate::Vec3;
 use crate::case::measured::{
-    MeasuredPoint, MeasuredQuantity, MeasuredSeries, Measurements, Recorder,
+    MeasuredPoint, MeasuredQuantity, MeasuredSeries, Measurements, Recorder, Statistic,
 };
 use crate::files::{Fault, fault};
 use fsi_numerics::twelve_digits;
 use serde::de::DeserializeOwned;
+use std::collections::HashMap;
 use std::f64::consts::PI;
 use std::path::Path;
 
@@ -31,6 +35,8 @@ struct Computed {
     name: String,
     /// A value for each point of each series.
     values: Vec<Vec<f64>>,
+    /// Of each series of statistics what was recorded (time in s, value) where its first point counts.
+    over_time: Vec<Vec<(f64, f64)>>,
 }
 
 /// A value at a place and time of a run.
@@ -72,7 +78,7 @@ impl Validation {
         let heads = ["measured", "points", "largest", "standard deviation"].map(str::to_owned);
         let names = self.runs.iter().map(|run| run.name.clone());
         let mut table = PageTable::new(heads.into_iter().chain(names));
-        for (i, series) in self.measured.series.iter().enumerate() {
+        for (i, series) in self.at_times() {
             let scale = largest(series);
             let percent = |x: f64| format!("{} %", significant(100.0 * x / scale, 2));
             let scatter = series.points.iter().filter_map(|point| point.sd);
@@ -101,15 +107,13 @@ impl Validation {
     /// # Errors
     /// If there is no series of this name.
     pub fn points(&self, name: &str) -> Result<PageTable, Fault> {
-        let all = &self.measured.series;
-        let Some(i) = all.iter().position(|series| series.name == name) else {
-            let names: Vec<&str> = all.iter().map(|series| series.name.as_str()).collect();
+        let Some((i, series)) = self.at_times().find(|(_, series)| series.name == name) else {
+            let names: Vec<&str> = self.series().collect();
             return Err(fault!(
-                "no series is called `{name}`; expected one of {}",
+                "no series of points is called `{name}`; expected one of {}",
                 names.join(", ")
             ));
         };
-        let series = &all[i];
         let (scale, unit) = (largest(series), series.quantity.unit());
         let heads = ["place".to_owned(), format!("measured / {unit}")];
         let names = self.runs.iter().map(|run| format!("{} / {unit}", run.name));
@@ -133,42 +137,11 @@ impl Validation {
     }
 
     /// A panel for each series: what was measured, within dashed lines between which the measurements lie, and each
-    /// run.
+    /// run; or each run over time, within dashed lines at the measured range.
     pub fn figure(&self) -> Figure {
-        let panel = |(i, series): (usize, &MeasuredSeries)| {
-            let (along, at) = abscissa(series);
-            let curve = |name: &str, colour, values: &dyn Fn(usize) -> Option<f64>| {
-                let points = (0..at.len()).filter_map(|j| Some((at[j], values(j)?)));
-                let mut points: Vec<(f64, f64)> = points.collect();
-                points.sort_by(|a, b| a.0.total_cmp(&b.0));
-                Curve {
-                    name: name.to_owned(),
-                    points,
-                    colour,
-                    marker: None,
-                    open: false,
-                }
-            };
-            let points = &series.points;
-            let mut curves = vec![Curve {
-                marker: Some(Marker::Circle),
-                ..curve("measured", 0, &|j| Some(points[j].value))
-            }];
-            curves.extend([0, 1].map(|end| Curve {
-                open: true,
-                ..curve("", 0, &|j| points[j].range.map(|range| range[end]))
-            }));
-            curves.extend(self.runs.iter().enumerate().map(|(run, computed)| {
-                curve(&computed.name, 1 + run, &|j| Some(computed.values[i][j]))
-            }));
-            curves.retain(|curve| !curve.points.is_empty());
-            Panel {
-                title: series.name.clone(),
-                x_label: along,
-                y_label: series.quantity.label(),
-                scales: [Scale::Linear; 2],
-                curves,
-            }
+        let panel = |(i, series): (usize, &MeasuredSeries)| match series.is_over_time() {
+            true => self.panel_over_time(i, series),
+            false => self.panel_of_points(i, series),
         };
         Figure {
             panels: self.measured.series.iter().enumerate().map(panel).collect(),
@@ -176,13 +149,152 @@ impl Validation {
         }
     }
 
-    /// Names of the series, in the order of the file.
-    pub fn series(&self) -> impl Iterator<Item = &str> {
-        self.measured
-            .series
-            .iter()
-            .map(|series| series.name.as_str())
+    fn panel_of_points(&self, i: usize, series: &MeasuredSeries) -> Panel {
+        let (along, at) = abscissa(series);
+        let curve = |name: &str, colour, values: &dyn Fn(usize) -> Option<f64>| {
+            let points = (0..at.len()).filter_map(|j| Some((at[j], values(j)?)));
+            let mut points: Vec<(f64, f64)> = points.collect();
+            points.sort_by(|a, b| a.0.total_cmp(&b.0));
+            Curve {
+                name: name.to_owned(),
+                points,
+                colour,
+                marker: None,
+                open: false,
+            }
+        };
+        let points = &series.points;
+        let mut curves = vec![Curve {
+            marker: Some(Marker::Circle),
+            ..curve("measured", 0, &|j| Some(points[j].value))
+        }];
+        curves.extend([0, 1].map(|end| Curve {
+            open: true,
+            ..curve("", 0, &|j| points[j].range.map(|range| range[end]))
+        }));
+        curves.extend(self.runs.iter().enumerate().map(|(run, computed)| {
+            curve(&computed.name, 1 + run, &|j| Some(computed.values[i][j]))
+        }));
+        curves.retain(|curve| !curve.points.is_empty());
+        Panel {
+            title: series.name.clone(),
+            x_label: along,
+            y_label: series.quantity.label(),
+            scales: [Scale::Linear; 2],
+            curves,
+        }
     }
+
+    fn panel_over_time(&self, i: usize, series: &MeasuredSeries) -> Panel {
+        let times = self.runs.iter().flat_map(|run| &run.over_time[i]);
+        let times = times.map(|sample| sample.0);
+        let [begin, end] = [
+            times.clone().fold(f64::INFINITY, f64::min),
+            times.fold(f64::NEG_INFINITY, f64::max),
+        ];
+        let curve = |name: &str, points, colour, open| Curve {
+            name: name.to_owned(),
+            points,
+            colour,
+            marker: None,
+            open,
+        };
+        let levels = measured_levels(series).into_iter().enumerate();
+        let mut curves: Vec<Curve> = levels
+            .map(|(j, level)| {
+                let name = if j == 0 { "measured" } else { "" };
+                curve(name, vec![(begin, level), (end, level)], 0, true)
+            })
+            .collect();
+        let runs = self.runs.iter().enumerate();
+        curves
+            .extend(runs.map(|(j, run)| curve(&run.name, run.over_time[i].clone(), 1 + j, false)));
+        Panel {
+            title: series.name.clone(),
+            x_label: "time / s".into(),
+            y_label: series.quantity.label(),
+            scales: [Scale::Linear; 2],
+            curves,
+        }
+    }
+
+    /// Names of the series of values at one time, in the order of the file.
+    pub fn series(&self) -> impl Iterator<Item = &str> {
+        self.at_times().map(|(_, series)| series.name.as_str())
+    }
+
+    /// The series of values at one time, with their numbers.
+    fn at_times(&self) -> impl Iterator<Item = (usize, &MeasuredSeries)> {
+        let series = self.measured.series.iter().enumerate();
+        series.filter(|(_, series)| !series.is_over_time())
+    }
+
+    /// A row for each statistic over time: what was measured, what each run has, and in brackets by how much that is
+    /// more. If the runs are those of a series that `is_refined` by the same factor from each to the next, also where
+    /// they lead ([`Limit::of_series`]). None if the file has no statistics.
+    pub fn statistics(&self, is_refined: bool) -> Option<PageTable> {
+        let heads = ["over time", "unit", "measured"].map(str::to_owned);
+        let names = self.runs.iter().map(|run| run.name.clone());
+        let limit = is_refined.then(|| "refined further".to_owned());
+        let mut table = PageTable::new(heads.into_iter().chain(names).chain(limit));
+        let mut is_empty = true;
+        for (i, series) in self.measured.series.iter().enumerate() {
+            for (j, point) in series.points.iter().enumerate() {
+                let Some(statistic) = point.statistic else {
+                    continue;
+                };
+                is_empty = false;
+                let unit = statistic.unit(series.quantity.unit());
+                let (unit, factor) = match unit {
+                    "m" => ("mm", 1e3),
+                    other => (other, 1.0),
+                };
+                let show = |value: f64| significant(factor * value, 4);
+                let plus_minus = |value, uncertainty: Option<f64>| match uncertainty {
+                    Some(uncertainty) => {
+                        format!("{} ± {}", show(value), significant(factor * uncertainty, 2))
+                    }
+                    None => show(value),
+                };
+                let values: Vec<f64> = self.runs.iter().map(|run| run.values[i][j]).collect();
+                let mut row = vec![
+                    format!("{}, {}", series.name, statistic.name()),
+                    unit.to_owned(),
+                    plus_minus(point.value, point.sd),
+                ];
+                row.extend(values.iter().map(|value| {
+                    let share = 100.0 * (value - point.value) / point.value.abs();
+                    let sign = if share > 0.0 { "+" } else { "" };
+                    format!("{} ({sign}{} %)", show(*value), significant(share, 2))
+                }));
+                if is_refined {
+                    let limit = Limit::of_series(&values);
+                    row.push(plus_minus(limit.value, Some(limit.uncertainty)));
+                }
+                table.push(row);
+            }
+        }
+        (!is_empty).then_some(table)
+    }
+}
+
+/// The values between which, at which or about which a quantity moves as it was measured.
+fn measured_levels(series: &MeasuredSeries) -> Vec<f64> {
+    let of = |kind| {
+        let point = series.points.iter().find(|it| it.statistic == Some(kind));
+        point.map(|point| point.value)
+    };
+    let mut levels = match (of(Statistic::Middle), of(Statistic::Amplitude)) {
+        (Some(middle), Some(amplitude)) => vec![middle - amplitude, middle + amplitude],
+        (middle, _) => Vec::from_iter(middle),
+    };
+    levels.extend(
+        [Statistic::Mean, Statistic::Largest, Statistic::Least]
+            .map(of)
+            .into_iter()
+            .flatten(),
+    );
+    levels
 }
 
 /// The largest magnitude that was measured: what differences are relative to. 1 if all is zero.
@@ -258,12 +370,21 @@ impl Computed {
             wall: read(&run.files.probes())?,
             blood: read(&run.files.fluid_probes())?,
             sections: read(&run.files.sections())?,
+            forces: forces(&run, measured)?,
         };
-        let values = measured.series.iter();
-        let values = values.map(|series| computed(&run, &recorded, series));
+        let series = || measured.series.iter();
+        let values = series().map(|series| computed(&run, &recorded, series));
+        let over_time = series().map(|series| match series.is_over_time() {
+            true => {
+                let samples = recorded.samples(series);
+                counted(&run, &series.points[0], &samples)
+            }
+            false => Vec::new(),
+        });
         Ok(Self {
             name: run.name(),
             values: values.collect::<Result<_, _>>()?,
+            over_time: over_time.collect(),
         })
     }
 }
@@ -276,11 +397,43 @@ fn read<T: DeserializeOwned>(table: &Path) -> Result<Vec<T>, Fault> {
     }
 }
 
-/// What a run has recorded at points and cross-sections.
+/// What the function objects have added up that a file of measurements names, by their names.
+fn forces(
+    run: &Results,
+    measured: &Measurements,
+) -> Result<HashMap<String, Vec<(f64, [f64; 3])>>, Fault> {
+    let mut forces = HashMap::new();
+    let is_force =
+        |series: &&MeasuredSeries| series.quantity.recorder() == Recorder::FunctionObject;
+    for series in measured.series.iter().filter(is_force) {
+        let name = series.recorded_by();
+        if !forces.contains_key(name) {
+            let folder = run.files.function_object(name);
+            forces.insert(name.to_owned(), function_object::forces(&folder)?);
+        }
+    }
+    Ok(forces)
+}
+
+/// What a run has recorded at points and cross-sections, and what function objects have added up.
 struct Recorded {
     wall: Vec<ProbeRow>,
     blood: Vec<FluidProbeRow>,
     sections: Vec<SectionRow>,
+    forces: HashMap<String, Vec<(f64, [f64; 3])>>,
+}
+
+fn is_at(sample: &Sample, point: &MeasuredPoint) -> bool {
+    let away = Vec3::from(sample.place) - Vec3::from(point.place);
+    away.norm() <= SAME_PLACE
+}
+
+/// What counts for a statistic: time (s) and value of the samples at its place from its time on.
+fn counted(run: &Results, point: &MeasuredPoint, samples: &[Sample]) -> Vec<(f64, f64)> {
+    let from = point.time.unwrap_or(0.0) - SAME_TIME * run.case.time.step;
+    let counts = |sample: &&Sample| is_at(sample, point) && sample.time >= from;
+    let counted = samples.iter().filter(counts);
+    counted.map(|sample| (sample.time, sample.value)).collect()
 }
 
 /// What a run has at each point of a series.
@@ -299,17 +452,34 @@ fn computed(
             run.files.sections(),
             "the cross-section of its name in output.section",
         ),
+        Recorder::FunctionObject => (
+            run.files.function_object(series.recorded_by()),
+            "a function object of the type `forces` in the templates",
+        ),
     };
     let samples = recorded.samples(series);
     let last = samples.iter().map(|sample| sample.time).fold(0.0, f64::max);
     let at = |point: &MeasuredPoint| {
+        let mut here = samples
+            .iter()
+            .filter(|sample| is_at(sample, point))
+            .peekable();
+        if let (Some(kind), Some(_)) = (point.statistic, here.peek()) {
+            let counted = counted(run, point, &samples);
+            return statistic(kind, &counted).ok_or_else(|| {
+                fault!(
+                    "{} has {} rows of `{}` from t = {} s on, to {} s: not enough for its {}",
+                    table.display(),
+                    counted.len(),
+                    series.name,
+                    point.time.unwrap_or(0.0),
+                    twelve_digits(last),
+                    kind.name()
+                )
+            });
+        }
         let time = point.time.unwrap_or(last);
-        let is_here = |sample: &&Sample| {
-            let away = Vec3::from(sample.place) - Vec3::from(point.place);
-            away.norm() <= SAME_PLACE
-        };
-        let here = samples.iter().filter(is_here);
-        let away = |sample: &&Sample| (sample.time - time).abs();
+        let away = |sample: &Sample| (sample.time - time).abs();
         let nearest = here.min_by(|a, b| away(a).total_cmp(&away(b)));
         let Some(nearest) = nearest else {
             return Err(fault!(
@@ -320,7 +490,7 @@ fn computed(
                 series.name
             ));
         };
-        match away(&nearest) <= SAME_TIME * run.case.time.step {
+        match away(nearest) <= SAME_TIME * run.case.time.step {
             true => Ok(nearest.value),
             false => Err(fault!(
                 "{} has no row at t = {time} s, where `{}` was measured; it reaches {} s",
@@ -339,7 +509,8 @@ fn computed(
 }
 
 impl Recorded {
-    /// All that was recorded of a series' quantity; what sections have stands at the place of the first of its points.
+    /// All that was recorded of a series' quantity; what sections and function objects have stands at the
+    /// place of the first of its points.
     fn samples(&self, series: &MeasuredSeries) -> Vec<Sample> {
         use MeasuredQuantity::*;
         let quantity = series.quantity;
@@ -386,8 +557,20 @@ impl Recorded {
             Recorder::WallProbe => self.wall.iter().map(of_the_wall).collect(),
             Recorder::BloodProbe => self.blood.iter().map(of_the_blood).collect(),
             Recorder::Section => (self.sections.iter())
-                .filter(|row| row.section == series.section())
+                .filter(|row| row.section == series.recorded_by())
                 .filter_map(of_a_section)
+                .collect(),
+            Recorder::FunctionObject => (self.forces.get(series.recorded_by()).into_iter())
+                .flatten()
+                .map(|(time, force)| Sample {
+                    place: series.points[0].place,
+                    time: *time,
+                    value: match quantity {
+                        ForceX => force[0],
+                        ForceY => force[1],
+                        _ => force[2],
+                    },
+                })
                 .collect(),
         }
     }
@@ -408,6 +591,7 @@ mod tests {
         let points = points.map(|(i, (value, range))| MeasuredPoint {
             place: [1e-3 * i as f64, 2e-3, 0.0],
             time: None,
+            statistic: None,
             value: *value,
             sd: None,
             range: *range,

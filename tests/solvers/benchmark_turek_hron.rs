@@ -3,6 +3,7 @@
 
 use crate::benchmark_support::{probes, run};
 use std::path::Path;
+use std::process::Command;
 
 /// A coarse mesh.
 const COARSE: &[&str] = &[
@@ -113,4 +114,42 @@ fn second_order_run_resumes_to_the_last_digit() {
     let probed = |run: &Path| std::fs::read_to_string(run.join("probes.csv")).unwrap();
     assert_eq!(probed(&whole).lines().count(), 21);
     assert_eq!(probed(&whole), probed(&parts));
+
+    // Statistics of what either has recorded, of forces from both starts of the second.
+    let measured = folder.path().join("measured.csv");
+    std::fs::write(
+        &measured,
+        "series,quantity,statistic,time_s,x_m,y_m,z_m,value\n\
+         tip,displacement_x_m,largest,0.005,0.6,0.2,0.005,1e-3\n\
+         forces: drag,force_x_N,least,0.005,0,0,0,1\n\
+         forces: drag,force_x_N,mean,0,0,0,0,1\n",
+    )
+    .unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fsi-driver"));
+    let command = command.arg("validate").args([&measured, &whole, &parts]);
+    let table = String::from_utf8(command.output().unwrap().stdout).unwrap();
+    println!("{table}");
+    let rows = table.lines().map(|line| line.split(" | ").collect());
+    let rows: Vec<Vec<&str>> = rows.collect();
+    assert_eq!(rows.len(), 2 + 3 + 1, "{table}");
+    for row in &rows[2..5] {
+        assert_eq!(row[3], row[4].trim_end_matches(" |"), "{table}");
+    }
+    let of = |row: usize| -> f64 {
+        let number = rows[row][3].split(' ').next().unwrap();
+        number.replace('−', "-").parse().unwrap()
+    };
+    let tip = probed(&whole);
+    let tip = tip
+        .lines()
+        .skip(5)
+        .map(|row| row.split(',').nth(5).unwrap());
+    let tip = tip.map(|ux| 1e3 * ux.parse::<f64>().unwrap());
+    let largest = tip.fold(f64::MIN, f64::max);
+    assert!(
+        (of(2) / largest - 1.0).abs() < 5e-3,
+        "{table}: {largest} mm"
+    );
+    // The flow rises, so that its force at 5 ms is the least from then on and below the mean.
+    assert!(0.0 < of(3) && of(3) < 1.0 && of(4) > 0.0, "{table}");
 }

@@ -168,7 +168,9 @@ fn a_run_is_compared_with_measurements() {
     let reason = String::from_utf8(refused.stderr).unwrap();
     assert_eq!(refused.status.code(), Some(2), "{reason}");
     assert!(
-        reason.contains("no series is called `around`; expected one of across, shear, drop"),
+        reason.contains(
+            "no series of points is called `around`; expected one of across, shear, drop"
+        ),
         "{reason}"
     );
 

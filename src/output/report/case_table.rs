@@ -103,6 +103,13 @@ fn law(material: &Material) -> String {
                 kpa(*youngs_modulus)
             )
         }
+        Material::LinearElastic {
+            youngs_modulus,
+            poisson_ratio,
+        } => format!(
+            "linear elastic, E {} kPa, nu {poisson_ratio}",
+            kpa(*youngs_modulus)
+        ),
     }
 }
 
