@@ -212,7 +212,7 @@ struct MeasuredRow {
     x_m: f64,
     y_m: f64,
     z_m: f64,
-    value: f64,
+    value: Option<f64>,
     sd: Option<f64>,
     lowest: Option<f64>,
     highest: Option<f64>,
@@ -227,7 +227,8 @@ pub struct MeasuredPoint {
     pub time: Option<f64>,
     /// What the value says of the quantity over time, if it is not its value at one time.
     pub statistic: Option<Statistic>,
-    /// The value, in the quantity's unit: the mean where it was measured more than once.
+    /// The value, in the quantity's unit: the mean where it was measured more than once. Not a number if it is not
+    /// known and only the statistic of runs is asked for.
     pub value: f64,
     /// Standard deviation of what was measured there.
     pub sd: Option<f64>,
@@ -276,7 +277,7 @@ impl Measurements {
         const NUMBERS: [&str; 8] = [
             "x_m", "y_m", "z_m", "value", "time_s", "sd", "lowest", "highest",
         ];
-        const NEEDED: [&str; 4] = ["x_m", "y_m", "z_m", "value"];
+        const NEEDED: [&str; 3] = ["x_m", "y_m", "z_m"];
         const EXPECTED: &str = "expected the columns series,quantity,x_m,y_m,z_m,value and, as you know them, \
                                 statistic,time_s,sd,lowest,highest";
         let sheet = Sheet::of_words(path, "series").map_err(|fault| match fault.line {
@@ -340,26 +341,30 @@ fn reason(error: &csv::Error) -> String {
 
 /// Puts a row to the others of its series.
 fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), Fault> {
-    let numbers = [row.x_m, row.y_m, row.z_m, row.value].into_iter();
-    let others = [row.time_s, row.sd, row.lowest, row.highest];
+    let numbers = [row.x_m, row.y_m, row.z_m].into_iter();
+    let others = [row.value, row.time_s, row.sd, row.lowest, row.highest];
     if let Some(number) = (numbers.chain(others.into_iter().flatten())).find(|x| !x.is_finite()) {
         return Err(fault!("found {number}, expected finite numbers"));
     }
     if let Some(sd) = row.sd.filter(|sd| *sd < 0.0) {
         return Err(fault!("sd: found {sd}, expected a number from 0"));
     }
+    let value = match (row.value, row.statistic) {
+        (Some(value), _) => value,
+        (None, Some(_)) => f64::NAN,
+        (None, None) => return Err("value: found nothing, expected a number".into()),
+    };
     let range = match (row.lowest, row.highest) {
         (None, None) => None,
-        (Some(lowest), Some(highest)) if lowest <= row.value && row.value <= highest => {
+        (Some(lowest), Some(highest)) if lowest <= value && value <= highest => {
             Some([lowest, highest])
         }
         (lowest, highest) => {
             let show = |x: Option<f64>| x.map_or("nothing".to_owned(), |x| x.to_string());
             return Err(fault!(
-                "lowest and highest: found {} and {}, expected neither, or both with the value {} between them",
+                "lowest and highest: found {} and {}, expected neither, or both with the value {value} between them",
                 show(lowest),
-                show(highest),
-                row.value
+                show(highest)
             ));
         }
     };
@@ -370,7 +375,7 @@ fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), Fault> 
         place: [row.x_m, row.y_m, row.z_m],
         time: row.time_s,
         statistic: row.statistic,
-        value: row.value,
+        value,
         sd: row.sd,
         range,
     };
@@ -390,9 +395,8 @@ fn add(series: &mut Vec<MeasuredSeries>, row: MeasuredRow) -> Result<(), Fault> 
         None if row.quantity.is_difference() && row.statistic.is_some() => Err(fault!(
             "statistic: found one of a quantity that counts from the first point of its series; expected another quantity"
         )),
-        None if row.quantity.is_difference() && row.value != 0.0 => Err(fault!(
-            "value: found {} at the first point of the series {}, from which its differences count: expected 0",
-            row.value,
+        None if row.quantity.is_difference() && value != 0.0 => Err(fault!(
+            "value: found {value} at the first point of the series {}, from which its differences count: expected 0",
             row.series
         )),
         None => {
@@ -455,12 +459,14 @@ mod tests {
     fn a_series_has_values_or_statistics() {
         const HEAD: &str = "series,quantity,statistic,x_m,y_m,z_m,value\n";
         let measured = read(&format!(
-            "{HEAD}tip,displacement_y_m,amplitude,0.6,0.2,0,0.035\ntip,displacement_y_m,frequency_1_s,0.6,0.2,0,5.46\n"
+            "{HEAD}tip,displacement_y_m,amplitude,0.6,0.2,0,0.035\ntip,displacement_y_m,frequency_1_s,0.6,0.2,0,5.46\n\
+             tip,displacement_y_m,mean,0.6,0.2,0,\n"
         ));
         let tip = &measured.unwrap().series[0];
         assert!(tip.is_over_time());
         assert_eq!(tip.points[0].statistic, Some(Statistic::Amplitude));
         assert_eq!(tip.points[1].statistic, Some(Statistic::Frequency));
+        assert!(tip.points[2].value.is_nan(), "asked for, not known");
         for (row, expected) in [
             ("b,speed_m_s,,0,0,0,1", "b has both"),
             (

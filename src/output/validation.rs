@@ -250,7 +250,8 @@ impl Validation {
                     other => (other, 1.0),
                 };
                 let show = |value: f64| significant(factor * value, 4);
-                let plus_minus = |value, uncertainty: Option<f64>| match uncertainty {
+                let plus_minus = |value: f64, uncertainty: Option<f64>| match uncertainty {
+                    _ if value.is_nan() => String::new(),
                     Some(uncertainty) => {
                         format!("{} ± {}", show(value), significant(factor * uncertainty, 2))
                     }
@@ -263,6 +264,9 @@ impl Validation {
                     plus_minus(point.value, point.sd),
                 ];
                 row.extend(values.iter().map(|value| {
+                    if point.value.is_nan() {
+                        return show(*value);
+                    }
                     let share = 100.0 * (value - point.value) / point.value.abs();
                     let sign = if share > 0.0 { "+" } else { "" };
                     format!("{} ({sign}{} %)", show(*value), significant(share, 2))
@@ -282,7 +286,9 @@ impl Validation {
 fn measured_levels(series: &MeasuredSeries) -> Vec<f64> {
     let of = |kind| {
         let point = series.points.iter().find(|it| it.statistic == Some(kind));
-        point.map(|point| point.value)
+        point
+            .map(|point| point.value)
+            .filter(|value| !value.is_nan())
     };
     let mut levels = match (of(Statistic::Middle), of(Statistic::Amplitude)) {
         (Some(middle), Some(amplitude)) => vec![middle - amplitude, middle + amplitude],
