@@ -308,3 +308,25 @@ fn values_of_a_tree_that_are_not_usual_are_told() {
         );
     }
 }
+
+/// A thick tube held along its axis, in linear elasticity (Lamé): `1/c² = 2 ρ (1 + ν)/E ((1 - 2 ν) a² + b²)/(b² - a²)`,
+/// 5.008 m/s for inner and outer radii of 10 and 11 mm, 500 kPa and 0.3.
+#[test]
+fn the_speed_of_waves_is_found_without_pressure() {
+    let output = Command::new(env!("CARGO_BIN_EXE_fsi-driver"))
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .args(["check", "openfoam-case/womersley-thick"])
+        .output()
+        .unwrap();
+    let said = String::from_utf8(output.stdout).unwrap();
+    let line = said
+        .lines()
+        .find(|line| line.starts_with("waves   in the tube"));
+    let line = line.unwrap_or_else(|| panic!("{said}"));
+    let speed = line
+        .split(": ")
+        .nth(1)
+        .and_then(|text| text.split(' ').next());
+    let speed: f64 = speed.unwrap().parse().unwrap_or_else(|_| panic!("{line}"));
+    assert!((speed / 5.008 - 1.0).abs() < 5e-3, "{line}");
+}

@@ -33,6 +33,8 @@ const DEGREE: usize = 4;
 const LENGTH: f64 = 0.5;
 /// Relative changes of pressure and stretch from which derivatives are taken.
 const CHANGE: f64 = 1e-3;
+/// Least pressure (Pa) of which that is the share: next to none, the difference would be lost in the equilibria's errors.
+const LEAST_PRESSURE: f64 = 1e3;
 
 /// Speeds (m/s) of pulses in a section of a vessel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -170,7 +172,7 @@ impl Ring {
         mass: f64,
         density: f64,
     ) -> Result<WaveSpeeds, SolidError> {
-        let (dp, dl) = (CHANGE * p, CHANGE * stretch);
+        let (dp, dl) = (CHANGE * p.abs().max(LEAST_PRESSURE), CHANGE * stretch);
         let differences = |[low, high]: [State; 2], change: f64| {
             let by = |f: fn(&State) -> f64| (f(&high) - f(&low)) / (2.0 * change);
             [by(|state| state.area), by(|state| state.force)]
