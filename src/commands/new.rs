@@ -8,7 +8,7 @@ use crate::output::progress::tell_preparation;
 use crate::output::terminal;
 use crate::pfem::solution::listener::Work;
 use crate::proposal::{Like, Proposal, ProposalError, ProposalInput};
-use crate::simulation::assembly::Domain;
+use crate::simulation::assembly::{Domain, sideways_warning};
 use rayon::prelude::*;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -167,7 +167,7 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     let failed = |e: std::io::Error| Failure::Run(format!("cannot write {shown}: {e}"));
     let mut input = arguments.input();
     let mut first = None;
-    let (written, proposal) = loop {
+    let (written, mut proposal) = loop {
         let proposed = Proposal::new(&input).map_err(|reason| match reason {
             ProposalError::Io(error) => Failure::Run(error.to_string()),
             other => Failure::Input(other.to_string()),
@@ -201,6 +201,12 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             (Err(failure), _) => return Err(failure),
         }
     };
+    if let Ok(case) = Case::load(written.path(), Preset::Paper, &[]) {
+        let warning = sideways_warning(&case);
+        proposal
+            .remarks
+            .extend(warning.map(|it| format!("warning: {it}")));
+    }
     drop(work);
     put(written, folder).map_err(failed)?;
     let (remarks, preset) = (proposal.remarks.join("\n"), arguments.preset);

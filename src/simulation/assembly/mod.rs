@@ -5,16 +5,16 @@ mod fit;
 mod initial_state;
 mod limits;
 pub mod preflight;
+mod ring;
 mod surrogate;
 pub(crate) mod surroundings;
-mod wave_speeds;
 
 use crate::analysis::size;
 use domain::own;
 pub use domain::{Domain, DomainError, RoundLumen};
 pub use fit::Fit;
 pub use initial_state::{UnloadedWall, Unloading, unloaded_wall};
-pub use wave_speeds::{WaveSpeeds, wave_speeds};
+pub use ring::{WaveSpeeds, sideways_warning, wave_speeds};
 
 use self::initial_state::{InitialState, fitted_lumen, initial_state};
 use super::checkpoint::Store;
