@@ -18,9 +18,7 @@ use crate::output::terminal;
 use crate::pfem::SolidError;
 use crate::processes::machine_memory;
 use crate::run::{Interrupt, warn};
-use crate::simulation::assembly::{
-    Domain, Fit, preflight, sideways_warning, surroundings, wave_speeds,
-};
+use crate::simulation::assembly::{Domain, Fit, preflight, surroundings, wave_speeds};
 use crate::tabular::units::MMHG;
 use std::path::PathBuf;
 
@@ -43,9 +41,6 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
     tell_preparation();
     let case = arguments.case.load(&arguments.folder)?;
     let pressed = arguments.wall.then(|| elastic_wall(&case)).transpose()?;
-    if let Some(warning) = sideways_warning(&case) {
-        terminal::note(format_args!("warning: {warning}"));
-    }
     let openfoam = openfoam(&case)?;
     let fit = case.own().map(|_| fit(&case)).transpose()?;
     let (cells, degrees_of_freedom, wall) = match &fit {

@@ -32,6 +32,12 @@ pub struct Arguments {
 
 /// Prints a table of all series, or of the points of one, in Markdown.
 pub fn run(arguments: &Arguments) -> Result<(), Failure> {
+    if arguments.refined && arguments.runs.len() < 2 {
+        let found = arguments.runs.len();
+        return Err(Failure::Input(format!(
+            "--refined: found {found} run, expected two or more, from coarse to fine"
+        )));
+    }
     let validation = Validation::read(&arguments.measured, &arguments.runs)?;
     if let Some(path) = &arguments.figure {
         let written = validation.figure().write(path);

@@ -17,7 +17,7 @@ use crate::analysis::case_figures::step_is_large;
 use crate::case::ResolvedCase;
 use crate::output::run_files::RunFiles;
 use crate::output::{terminal, write_atomically};
-use crate::simulation::assembly::{preflight, sideways_warning, surroundings};
+use crate::simulation::assembly::{preflight, surroundings};
 pub use coupled_run::{CoupledRun, RunCheckpoint};
 pub use failure::Failure;
 pub use folder::at_work;
@@ -77,9 +77,6 @@ impl RunRequest<'_> {
             .map_err(written)?;
 
         let clock = Instant::now();
-        if let (None, Some(warning)) = (&checkpoint, sideways_warning(case)) {
-            terminal::note(format_args!("warning: {warning}"));
-        }
         let mut run = CoupledRun::assemble(
             self.path,
             case,

@@ -7,7 +7,7 @@ use crate::case::{Case, Override, Preset, ResolvedCase, ValuePlace};
 use crate::hemodynamics::FlowNumbers;
 use crate::output::terminal;
 use crate::processes::machine_memory;
-use crate::simulation::assembly::preflight;
+use crate::simulation::assembly::{preflight, sideways_warning};
 use std::path::Path;
 
 /// A preset and values that replace those of a case.
@@ -52,12 +52,15 @@ impl CaseSelection {
     }
 
     /// As [`read`](Self::read), and checks that the case can start: its meshes fit together, and the wall has an
-    /// initial state.
+    /// initial state, which takes minutes where it is hard to find.
     ///
     /// # Errors
     /// All mistakes in the case, or what makes it too large.
     pub fn load(&self, case: &Path) -> Result<ResolvedCase, Failure> {
         let case = self.read(case)?;
+        if let Some(warning) = sideways_warning(&case) {
+            terminal::note(format_args!("warning: {warning}"));
+        }
         preflight::check(&case).map_err(|e| Failure::Input(e.to_string()))?;
         Ok(case)
     }

@@ -45,6 +45,24 @@ fn density(material: &Material, a: f64, b: f64, c: f64) -> (f64, [f64; 2], [[f64
             ];
             (w, [a * sa, b * sb], second)
         }
+        Material::LinearElastic {
+            youngs_modulus: e,
+            poisson_ratio: nu,
+        } => {
+            let lambda = e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu));
+            let mu = e / (2.0 * (1.0 + nu));
+            let strains = [a, b, c].map(|stretch| stretch - 1.0);
+            let trace: f64 = strains.iter().sum();
+            let squares: f64 = strains.iter().map(|strain| strain * strain).sum();
+            let [sa, sb] = [0, 1].map(|i| lambda * trace + 2.0 * mu * strains[i]);
+            let stiffness = lambda + 2.0 * mu;
+            let second = [[stiffness, lambda], [lambda, stiffness]];
+            (
+                0.5 * lambda * trace.powi(2) + mu * squares,
+                [sa, sb],
+                second,
+            )
+        }
         Material::HolzapfelGasserOgden {
             mu,
             kappa,
