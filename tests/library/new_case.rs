@@ -637,3 +637,20 @@ fn what_is_refused_leaves_no_folder() {
         );
     }
 }
+
+/// Thin, long and without tissue: the search for its unloaded shape would end in a bent equilibrium.
+#[test]
+fn a_vessel_that_bends_under_its_pressure_is_warned_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = |name: &str, more: &[&str]| {
+        let vessel = ["new", name, "--like", "stenosis", "--loaded", "80mmHg"];
+        let output = driver(folder.path(), &[&vessel[..], more].concat());
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    const WARNING: &str = "warning: the pressure of the given shape, 80 mmHg, pushes the vessel sideways by 2.4 times";
+    let thin = said("thin", &["--thickness", "0.5mm"]);
+    assert!(thin.contains(WARNING), "{thin}");
+    let held = said("held", &["--thickness", "0.5mm", "--tissue"]);
+    assert!(!held.contains("sideways"), "{held}");
+}

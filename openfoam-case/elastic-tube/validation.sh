@@ -1,0 +1,29 @@
+#!/bin/sh
+# The elastic tube beside published peaks: openfoam-case/elastic-tube/validation.sh FOLDER
+#
+# Half an hour on two cores. What has been computed in FOLDER is kept, so the same line goes on where it ended. In the
+# end the motion of the wall at mid-length in each run is copied to openfoam-case/elastic-tube/kept, and tables and
+# figure are made again.
+set -eu
+[ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
+out=$(mkdir -p "$1" && cd "$1" && pwd)
+cd "$(dirname "$0")/../.."
+case=openfoam-case/elastic-tube
+. openfoam-case/kept.sh
+
+# compute NAME OPTIONS...: with its probe at mid-length in kept/NAME
+compute() {
+    name=$1
+    shift
+    complete "$out/$name" "$@"
+    keep "$out/$name" "$case/kept/$name"
+    awk -F, 'NR == 1 || $2 == 0' "$out/$name/probes.csv" >"$case/kept/$name/probes.csv"
+}
+
+compute second-order --case $case/second-order.toml
+compute linear-wall --case $case/linear-wall.toml
+compute openfoam --case $case/second-order.toml --fluid openfoam
+compute implicit-euler --case $case --fluid native --end-time 0.0095 --set fluid.native.radial=3
+fsi tables $case/README.md docs/credibility.md
+fsi validate $case/tukovic-2018.csv $case/kept/second-order $case/kept/implicit-euler --figure $case/pulse
+rm $case/pulse.png
