@@ -195,6 +195,19 @@ impl Results {
     pub fn load_figures(root: &Path) -> Result<Self, ResultsError> {
         let files = RunFiles::new(root);
         let case = case_with_page(&files)?;
+        Self::figures_of(case, files)
+    }
+
+    /// The same of a run of any case: what was recorded at points is compared for flags too.
+    ///
+    /// # Errors
+    /// If there is none, or it has not ended yet, or a file of it is damaged.
+    pub fn load_figures_of_any(root: &Path) -> Result<Self, ResultsError> {
+        let files = RunFiles::new(root);
+        Self::figures_of(read_case(&files)?, files)
+    }
+
+    fn figures_of(case: Case, files: RunFiles) -> Result<Self, ResultsError> {
         let vessel = case.vessel().cloned();
         let failed = |path: &Path, error: &dyn std::fmt::Display| {
             ResultsError(format!("cannot read {}: {error}", path.display()))
@@ -203,7 +216,7 @@ impl Results {
         if !path.is_file() {
             return Err(ResultsError(format!(
                 "{} holds no hemodynamics.json: the run has not ended in order yet; continue it with --resume",
-                root.display()
+                files.root().display()
             )));
         }
         let text = std::fs::read(&path).map_err(|e| failed(&path, &e))?;

@@ -403,9 +403,9 @@ fn how_to_trees() {
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn benchmarks_of_moving_walls() {
     for (case, end) in [
-        ("elastic-tube", "2e-4"),
-        ("single-arteries", "0.02"),
-        ("slow-inflation", "0.2"),
+        ("elastic-tube", "1e-4"),
+        ("single-arteries", "0.01"),
+        ("slow-inflation", "0.1"),
         ("womersley-thick", "0.005"),
         ("silicone-filament", "0.01"),
     ] {

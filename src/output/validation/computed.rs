@@ -43,7 +43,7 @@ impl Computed {
     /// # Errors
     /// That the run has not recorded what was measured, in words.
     pub fn read(folder: &Path, measured: &Measurements) -> Result<Self, Fault> {
-        let run = Results::load_figures(folder).map_err(|e| e.to_string())?;
+        let run = Results::load_figures_of_any(folder).map_err(|e| e.to_string())?;
         let recorded = Recorded {
             wall: read(&run.files.probes())?,
             blood: read(&run.files.fluid_probes())?,
