@@ -386,7 +386,7 @@ fn examples_of_own_cases() {
 #[test]
 #[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
 fn how_to_trees() {
-    says(&run("docs/trees.md", Some("0.01")), &["can be run"]);
+    says(&run("docs/trees.md", Some("0.005")), &["can be run"]);
     for tree in [
         "aneurysm",
         "aorta",
@@ -395,7 +395,7 @@ fn how_to_trees() {
         "side-branch",
         "y",
     ] {
-        run(&format!("examples/trees/{tree}/README.md"), Some("0.01"));
+        run(&format!("examples/trees/{tree}/README.md"), Some("0.005"));
     }
 }
 

@@ -116,10 +116,9 @@ impl Validation {
             true => panels::over_time(i, series, &self.runs),
             false => panels::of_points(i, series, &self.runs),
         };
-        Figure {
-            panels: self.measured.series.iter().enumerate().map(panel).collect(),
-            columns: 3,
-        }
+        let panels: Vec<_> = self.measured.series.iter().enumerate().map(panel).collect();
+        let columns = if panels.len() == 4 { 2 } else { 3 };
+        Figure { panels, columns }
     }
 
     /// Names of the series of values at one time, in the order of the file.
