@@ -42,11 +42,11 @@ const DEGREE: usize = 4;
 const LENGTH: f64 = 0.5;
 /// Relative changes of pressure and stretch from which derivatives are taken.
 const CHANGE: f64 = 1e-3;
-/// Least pressure (Pa) of which that is the share: next to none, the difference would be lost in the equilibria's errors.
+/// Least pressure (Pa) of which that is the share: next to none, differences would be lost in the errors of equilibria.
 const LEAST_PRESSURE: f64 = 1e3;
 
-/// The share of a column's thrust from which a vessel is said to bend: shear, which that of the column leaves out, makes
-/// arteries buckle at 0.53 to 0.56 of it (tests below).
+/// The share of a column's thrust from which a vessel is said to bend. Shear, which that leaves out, makes arteries
+/// buckle at 0.53 to 0.56 of it (tests below).
 const OF_A_COLUMN: f64 = 0.5;
 
 /// Speeds (m/s) of pulses in a section of a vessel.
@@ -296,7 +296,7 @@ mod tests {
 
     /// Statics finds that the artery of the defaults buckles at 26.7 kPa, and a narrow one at 15.3 kPa (docs/wall.md).
     #[test]
-    fn arteries_buckle_at_half_of_what_pushes_a_column_without_shear() {
+    fn arteries_buckle_at_half_of_the_thrust_of_a_column() {
         let narrow = [
             ("geometry.artery_inner_radius_m", "2.35e-3"),
             ("geometry.graft_inner_radius_m", "2.35e-3"),
