@@ -1,5 +1,5 @@
-//! What statics of a short ring say of a section: how fast pulses travel along it, with the wall held along its axis and
-//! with a wall that slides along itself; and whether the vessel bends sideways.
+//! What statics of a short ring say of a section: how fast pulses travel along it, with the wall held along its axis
+//! and with a wall that slides along itself; and whether the vessel bends sideways.
 //!
 //! # Waves
 //! Per unloaded length let `A` be the lumen's area, `λ` the axial stretch, `T` the axial force in the wall and `m` its
@@ -20,10 +20,10 @@
 //! contained in an initially stressed elastic tube*, Biophys. J. 6, 1966).
 //!
 //! # Bending sideways
-//! The pressure pushes a straight tube between clamps sideways with the thrust `p A - T`, as an axial force does a column
-//! (Han, *A biomechanical model of artery buckling*, J. Biomech. 40, 2007). Over the length `L` it bears `4 π² EI/L²`,
-//! where the wall's bending stiffness is `EI = λ T_λ (a² + b²)/4`, with `T_λ` at constant pressure and its inner and
-//! outer radius `a` and `b`. Shear and imperfections let it bend before.
+//! The pressure pushes a straight tube between clamps sideways with the thrust `p A - T`, as an axial force does a
+//! column (Han, *A biomechanical model of artery buckling*, J. Biomech. 40, 2007). Over the length `L` it
+//! bears `4 π² EI/L²`. The wall's bending stiffness is `EI = λ T_λ (a² + b²)/4`, with `T_λ` at constant pressure and its inner and outer
+//! radius `a` and `b`. Shear and imperfections let it bend before.
 
 use super::initial_state::{along_axis, in_state, on_x_axis};
 use crate::case::{BloodVessel, Case, GivenShape, InletEnd, Material, VesselEnd};
