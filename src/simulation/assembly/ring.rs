@@ -21,9 +21,9 @@
 //!
 //! # Bending sideways
 //! The pressure pushes a straight tube between clamps sideways with the thrust `p A - T`, as an axial force does a
-//! column (Han, *A biomechanical model of artery buckling*, J. Biomech. 40, 2007). Over the length `L` it
-//! bears `4 π² EI/L²`. The wall's bending stiffness is `EI = λ T_λ (a² + b²)/4`, with `T_λ` at constant pressure and its inner and outer
-//! radius `a` and `b`. Shear and imperfections let it bend before.
+//! column (Han, *A biomechanical model of artery buckling*, J. Biomech. 40, 2007). Over the length `L` it bears
+//! `4 π² EI/L²`, with the bending stiffness `EI = λ T_λ (a² + b²)/4` of the wall, where `T_λ` is that at constant
+//! pressure and `a` and `b` are the inner and the outer radius. Shear and imperfections let it bend before.
 
 use super::initial_state::{along_axis, in_state, on_x_axis};
 use crate::case::{BloodVessel, Case, GivenShape, InletEnd, Material, VesselEnd};
