@@ -4,14 +4,17 @@ use crate::files::{Fault, fault};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Total force (N) over time (s) of a function object of the type `forces`, from its folder in `postProcessing`, which
+/// Times (s), and the total force (N) at each.
+pub type Forces = Vec<(f64, [f64; 3])>;
+
+/// Total force over time of a function object of the type `forces`, from its folder in `postProcessing`, which
 /// has a folder for each start of the solver, named by its time. What a repeated step or a later start writes replaces
 /// what there was from its time on.
 ///
 /// # Errors
 /// What cannot be read, in words.
-pub fn forces(folder: &Path) -> Result<Vec<(f64, [f64; 3])>, Fault> {
-    let mut rows: Vec<(f64, [f64; 3])> = Vec::new();
+pub fn forces(folder: &Path) -> Result<Forces, Fault> {
+    let mut rows = Forces::new();
     for start in starts(folder)? {
         let file = start.join("force.dat");
         let text =

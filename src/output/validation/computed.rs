@@ -5,7 +5,7 @@ use crate::case::measured::{
     MeasuredPoint, MeasuredQuantity, MeasuredSeries, Measurements, Recorder,
 };
 use crate::files::{Fault, fault};
-use crate::output::function_object;
+use crate::output::function_object::{self, Forces};
 use crate::output::results::Results;
 use crate::output::tables::{self, FluidProbeRow, ProbeRow, SectionRow};
 use crate::output::time_statistics::statistic;
@@ -76,10 +76,7 @@ fn read<T: DeserializeOwned>(table: &Path) -> Result<Vec<T>, Fault> {
 }
 
 /// What the function objects have added up that a file of measurements names, by their names.
-fn forces(
-    run: &Results,
-    measured: &Measurements,
-) -> Result<HashMap<String, Vec<(f64, [f64; 3])>>, Fault> {
+fn forces(run: &Results, measured: &Measurements) -> Result<HashMap<String, Forces>, Fault> {
     let mut forces = HashMap::new();
     let is_force =
         |series: &&MeasuredSeries| series.quantity.recorder() == Recorder::FunctionObject;
@@ -98,7 +95,7 @@ struct Recorded {
     wall: Vec<ProbeRow>,
     blood: Vec<FluidProbeRow>,
     sections: Vec<SectionRow>,
-    forces: HashMap<String, Vec<(f64, [f64; 3])>>,
+    forces: HashMap<String, Forces>,
 }
 
 fn is_at(sample: &Sample, point: &MeasuredPoint) -> bool {

@@ -311,8 +311,7 @@ mod tests {
             let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/S-0.0");
             let case = Case::load(&folder, Preset::Paper, &settings).unwrap();
             let share = share_under(&case, case.vessel().unwrap(), pressure).unwrap();
-            println!("{pressure} Pa: {share}");
-            assert!((share - 0.54).abs() < 0.03, "{share}");
+            assert!((share - 0.54).abs() < 0.03, "{pressure} Pa: {share}");
             assert!(share > OF_A_COLUMN);
         }
     }
