@@ -20,7 +20,7 @@ const KINDS: &str = "expected `models STUDY` (a column for each run in a folder)
                      for what else was refined with one of them), `uncertainty RUN NAME=RUN,RUN…` \
                      (what was refined, from coarse to fine), `measured FILE RUN…` (runs compared with an experiment), \
                      `measured:SERIES FILE RUN…` (point by point, _ for a space in the name), `statistics FILE RUN…` (its statistics \
-                     over time; `statistics:refined` for runs refined by the same factor from each to the next), or `samples:FILE STUDY STUDY MEASURE…` \
+                     over time; `statistics:refined` for two runs or more, refined by the same factor from each to the next), or `samples:FILE STUDY STUDY MEASURE…` \
                      (the distribution of measures over samples, and where the runs of another study lie, also drawn as \
                      FILE.svg, _ for a space in the name); folders as seen from the page's";
 
@@ -170,17 +170,11 @@ fn table(
         ["measured", file, runs @ ..] if !runs.is_empty() => {
             validation(folder, file, runs)?.summary()
         }
-        [
-            kind @ ("statistics" | "statistics:refined"),
-            file,
-            runs @ ..,
-        ] if !runs.is_empty() => {
-            let table = validation(folder, file, runs)?.statistics(*kind == "statistics:refined");
-            table.ok_or_else(|| {
-                Failure::Input(format!(
-                    "{file} has no statistics over time: no column `statistic`"
-                ))
-            })?
+        ["statistics", file, runs @ ..] if !runs.is_empty() => {
+            statistics(folder, file, runs, false)?
+        }
+        ["statistics:refined", file, runs @ ..] if runs.len() > 1 => {
+            statistics(folder, file, runs, true)?
         }
         [kind, file, runs @ ..] if kind.starts_with("measured:") && !runs.is_empty() => {
             let series = kind.trim_start_matches("measured:").replace('_', " ");
@@ -235,6 +229,21 @@ pub(super) fn refinement_series<T: AsRef<str>>(
 fn validation(folder: &Path, file: &str, runs: &[&str]) -> Result<Validation, Failure> {
     let runs: Vec<PathBuf> = runs.iter().map(|run| folder.join(run)).collect();
     Ok(Validation::read(&folder.join(file), &runs)?)
+}
+
+/// The statistics over time of a file beside those of runs, which may be a series that is refined.
+fn statistics(
+    folder: &Path,
+    file: &str,
+    runs: &[&str],
+    is_refined: bool,
+) -> Result<PageTable, Failure> {
+    let table = validation(folder, file, runs)?.statistics(is_refined);
+    table.ok_or_else(|| {
+        Failure::Input(format!(
+            "{file} has no statistics over time: no column `statistic`"
+        ))
+    })
 }
 
 /// The runs of a study, those of the paper in its order.
