@@ -171,6 +171,15 @@ impl From<&Self> for Law {
     }
 }
 
+/// Lamé's parameters (Pa) from Young's modulus (Pa) and Poisson's ratio: the first one and the shear modulus.
+fn lame_parameters(youngs_modulus: f64, poisson_ratio: f64) -> [f64; 2] {
+    let (E, nu) = (youngs_modulus, poisson_ratio);
+    [
+        E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)),
+        E / (2.0 * (1.0 + nu)),
+    ]
+}
+
 /// `A_ijkl += a X_ij Y_kl`.
 fn add_dyadic(A: &mut Tensor4, a: f64, X: &Mat3, Y: &Mat3) {
     for k in 0..3 {

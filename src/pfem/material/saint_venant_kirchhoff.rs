@@ -2,6 +2,7 @@
 
 use super::{
     HyperelasticMaterial, Tensor4, Volumetric, WallAxes, add_crossed, add_dyadic, add_parallel,
+    lame_parameters,
 };
 use crate::Mat3;
 
@@ -18,11 +19,8 @@ pub struct SaintVenantKirchhoff {
 impl SaintVenantKirchhoff {
     /// From Young's modulus (Pa) and Poisson's ratio.
     pub fn new(youngs_modulus: f64, poisson_ratio: f64) -> Self {
-        let (E, nu) = (youngs_modulus, poisson_ratio);
-        Self {
-            lambda: E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)),
-            mu: E / (2.0 * (1.0 + nu)),
-        }
+        let [lambda, mu] = lame_parameters(youngs_modulus, poisson_ratio);
+        Self { lambda, mu }
     }
 
     /// `S = lambda tr(E) 1 + 2 mu E`.
