@@ -28,6 +28,7 @@ fn the_pages_say_what_the_stored_runs_say() {
         "openfoam-case/silicone-filament/README.md",
         "openfoam-case/single-arteries/README.md",
         "openfoam-case/turek-hron/README.md",
+        "examples/own-case/flap/README.md",
         "examples/trees/aorta/README.md",
     ];
     let pages = pages.map(|page| Path::new(env!("CARGO_MANIFEST_DIR")).join(page));
