@@ -22,7 +22,8 @@ compute() {
 
 compute second-order --case $case/second-order.toml
 compute linear-wall --case $case/linear-wall.toml
-compute openfoam --case $case/second-order.toml --fluid openfoam
+compute openfoam --case $case/second-order.toml --fluid openfoam \
+    --set fluid.mesh.radial=10 fluid.mesh.wall_grading=6 fluid.mesh.axial_per_section=40
 compute implicit-euler --case $case --fluid native --end-time 0.0095 --set fluid.native.radial=3
 fsi tables $case/README.md docs/credibility.md
 fsi validate $case/tukovic-2018.csv $case/kept/second-order $case/kept/implicit-euler --figure $case/pulse
