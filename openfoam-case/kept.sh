@@ -1,5 +1,13 @@
-# What the scripts share that compare a case with measured or published data; read by `. openfoam-case/kept.sh`, in the
-# project's folder, with the folder of the case in $case.
+# How the scripts begin that compare a case with measured or published data, and what they share. A script that reads
+# this says what it does unless it is called with one folder: $out. It goes on in the project's folder, with that of its
+# own case in $case.
+
+[ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
+out=$(mkdir -p "$1" && cd "$1" && pwd)
+cd "$(dirname "$0")"
+case=$PWD
+while [ ! -f Cargo.lock ]; do cd ..; done
+case=${case#"$PWD/"}
 
 fsi() { cargo run --release --quiet -- "$@"; }
 

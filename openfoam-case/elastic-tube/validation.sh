@@ -5,11 +5,7 @@
 # end the motion of the wall at mid-length in each run is copied to openfoam-case/elastic-tube/kept, and tables and
 # figure are made again.
 set -eu
-[ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
-out=$(mkdir -p "$1" && cd "$1" && pwd)
-cd "$(dirname "$0")/../.."
-case=openfoam-case/elastic-tube
-. openfoam-case/kept.sh
+. "$(dirname "$0")/../kept.sh"
 
 # compute NAME OPTIONS...: with its probe at mid-length in kept/NAME
 compute() {

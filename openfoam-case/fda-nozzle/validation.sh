@@ -4,11 +4,7 @@
 # Some hours on two cores. What has been computed in FOLDER is kept, so the same line goes on where it ended. In the end
 # the last step of each run is copied to openfoam-case/fda-nozzle/kept, and the tables of the pages are made again.
 set -eu
-[ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
-out=$(mkdir -p "$1" && cd "$1" && pwd)
-cd "$(dirname "$0")/../.."
-case=openfoam-case/fda-nozzle
-. openfoam-case/kept.sh
+. "$(dirname "$0")/../kept.sh"
 
 # compute NAME OPTIONS...: the case in FOLDER/NAME, with its last step in kept/NAME
 compute() {

@@ -5,11 +5,7 @@
 # In the end the last step of each run is copied to openfoam-case/silicone-filament/kept, and tables and figure are made
 # again.
 set -eu
-[ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
-out=$(mkdir -p "$1" && cd "$1" && pwd)
-cd "$(dirname "$0")/../.."
-case=openfoam-case/silicone-filament
-. openfoam-case/kept.sh
+. "$(dirname "$0")/../kept.sh"
 
 # compute NAME CELLS: on the mesh with so many cells across the outlet, with its last step in kept/NAME
 compute() {

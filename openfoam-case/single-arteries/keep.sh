@@ -4,11 +4,7 @@
 # Half an hour on two cores. What was computed in FOLDER is kept, so the same line goes on where it ended. In the end
 # the last beat of each run is copied to openfoam-case/single-arteries/kept, and tables and figures are made again.
 set -eu
-[ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
-out=$(mkdir -p "$1" && cd "$1" && pwd)
-cd "$(dirname "$0")/../.."
-case=openfoam-case/single-arteries
-. openfoam-case/kept.sh
+. "$(dirname "$0")/../kept.sh"
 
 # compute ARTERY FLUID START: the run FOLDER/ARTERY-FLUID, and its rows after START in kept/ARTERY-FLUID
 compute() {

@@ -4,11 +4,7 @@
 # Two hours on one core. What has been computed in FOLDER is kept, so the same line goes on where it ended. In the end
 # the last second of each run is copied to openfoam-case/turek-hron/kept, and tables and figure are made again.
 set -eu
-[ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
-out=$(mkdir -p "$1" && cd "$1" && pwd)
-cd "$(dirname "$0")/../.."
-case=openfoam-case/turek-hron
-. openfoam-case/kept.sh
+. "$(dirname "$0")/../kept.sh"
 
 # compute NAME SIZE GROWTH LARGEST SETTING...: cells of that size at flag and cylinder that grow by that ratio to the
 # largest, and every second step of the last second in kept/NAME

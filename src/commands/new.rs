@@ -201,7 +201,11 @@ pub fn run(arguments: &Arguments) -> Result<(), Failure> {
             (Err(failure), _) => return Err(failure),
         }
     };
-    if let Ok(case) = Case::load(written.path(), Preset::Paper, &[]) {
+    // Unloaded vessels and those in tissue are not warned of, and not read once more for it.
+    if arguments.loaded.is_some()
+        && !arguments.tissue
+        && let Ok(case) = Case::load(written.path(), Preset::Paper, &[])
+    {
         let warning = sideways_warning(&case);
         proposal
             .remarks

@@ -11,12 +11,8 @@ pub fn statistic(kind: Statistic, samples: &[(f64, f64)]) -> Option<f64> {
     let (largest, least) = (|| peak(samples, 1.0), || peak(samples, -1.0));
     Some(match kind {
         Statistic::Mean => {
-            let trapezoids = samples.windows(2).map(|pair| {
-                let [(from, a), (to, b)] = pair else {
-                    unreachable!("two samples")
-                };
-                (to - from) * (a + b) / 2.0
-            });
+            let pairs = samples.iter().zip(&samples[1..]);
+            let trapezoids = pairs.map(|((from, a), (to, b))| (to - from) * (a + b) / 2.0);
             trapezoids.sum::<f64>() / (end - begin)
         }
         Statistic::Middle => (largest().1 + least().1) / 2.0,
@@ -59,13 +55,11 @@ fn peak(samples: &[(f64, f64)], sign: f64) -> (f64, f64) {
 
 /// When a level is passed upwards.
 fn passages(samples: &[(f64, f64)], level: f64) -> Vec<f64> {
-    let passage = |pair: &[(f64, f64)]| match pair {
-        [(from, a), (to, b)] if *a < level && level <= *b => {
-            Some(from + (to - from) * (level - a) / (b - a))
-        }
-        _ => None,
-    };
-    samples.windows(2).filter_map(passage).collect()
+    let pairs = samples.iter().zip(&samples[1..]);
+    let rising = pairs.filter(|((_, a), (_, b))| *a < level && level <= *b);
+    rising
+        .map(|((from, a), (to, b))| from + (to - from) * (level - a) / (b - a))
+        .collect()
 }
 
 #[cfg(test)]

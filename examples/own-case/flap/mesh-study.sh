@@ -4,11 +4,7 @@
 # An hour on one core. What has been computed in FOLDER is kept, so the same line goes on where it ended. In the end the
 # motion of the flap's end in each run is copied to examples/own-case/flap/kept, and the tables are made again.
 set -eu
-[ $# -eq 1 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
-out=$(mkdir -p "$1" && cd "$1" && pwd)
-cd "$(dirname "$0")/../../.."
-case=examples/own-case/flap
-. openfoam-case/kept.sh
+. "$(dirname "$0")/../../../openfoam-case/kept.sh"
 
 # compute NAME TIMES STEP: with so many times the cells in each direction, in steps of STEP s, the probe in kept/NAME
 compute() {
