@@ -149,6 +149,8 @@ table! {
             "state of the wall that the given sizes describe", absent "unloaded";
         pressure: Option<f64> = "pressure_Pa", from(-1e6, 1e6), "internal pressure in the given loaded shape, that of the image",
             absent "the initial pressure, windkessel.initial_pressure_Pa or outlet.pressure_Pa";
+        steps_before: Option<usize> = "steps_before", whole(10, 1000),
+            "the blood begins as it is after a beat between walls at rest, computed natively in so many steps", absent "it begins at rest";
     }
 }
 
@@ -352,7 +354,7 @@ table! {
     /// Meshes of the blood, for either solver.
     pub struct LumenMeshes {
         [mesh: FluidMesh, "the O-grid", only NOT_NATIVE]
-        [native: Native, "the driver's own elements", only NATIVE]
+        [native: Native, "the driver's own elements", only NATIVE_ELEMENTS]
     }
 }
 
@@ -407,6 +409,11 @@ words! {
 }
 
 impl Case {
+    /// Steps of a beat between walls at rest before the run, if the blood does not begin at rest.
+    pub fn steps_before(&self) -> Option<usize> {
+        self.vessel()?.initial.as_ref()?.steps_before
+    }
+
     /// How the fluid takes time derivatives: as its own key says, or that of the `time` axis.
     pub fn fluid_time_scheme(&self) -> FluidTimeScheme {
         let own = match (self.fluid.solver, self.tree(), self.vessel()) {

@@ -17,6 +17,8 @@ conditions! {
     OPENFOAM: "with fluid.solver = \"openfoam\"", |case, _| case.fluid.solver == Solver::OpenFoam;
     NATIVE: "with fluid.solver = \"native\"", |case, _| case.fluid.solver == Solver::Native;
     EXTERNAL: "with fluid.solver = \"external\"", |case, _| case.fluid.solver == Solver::External;
+    NATIVE_ELEMENTS: "with fluid.solver = \"native\", or with initial.steps_before",
+        |case, _| case.fluid.solver == Solver::Native || case.steps_before().is_some();
     NOT_NATIVE: "with another fluid.solver than \"native\"", |case, _| case.fluid.solver != Solver::Native;
     TEMPLATES: "with fluid.solver = \"openfoam\", and not by an OpenFOAM case of your own",
         |case, _| case.fluid.solver == Solver::OpenFoam && !case.has_own_openfoam();

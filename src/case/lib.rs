@@ -124,7 +124,27 @@ impl Case {
         (self.time.period / self.time.step).round() as usize
     }
 
-    /// How little two beats must differ for the run to end, if it may end so.
+    /// Number of time steps after which a run that ends when it is periodic may end first, and again after each beat.
+    /// From rest the blood takes most of a beat to begin to flow; what flows already is nearly periodic after half.
+    pub fn first_end(&self) -> usize {
+        let beat = self.steps_of_a_beat();
+        match self.steps_before() {
+            Some(_) => beat + beat.div_ceil(2),
+            None => 2 * beat,
+        }
+    }
+
+    /// Number of time steps after which a run with so many `done` may end next.
+    pub fn next_end(&self, done: usize) -> usize {
+        if self.until_periodic().is_none() {
+            return self.steps();
+        }
+        let (first, beat) = (self.first_end(), self.steps_of_a_beat());
+        let beats = (done + 1).saturating_sub(first).div_ceil(beat);
+        (first + beats * beat).min(self.steps())
+    }
+
+    /// How little a beat must differ from the one before for the run to end, if it may end so.
     pub fn until_periodic(&self) -> Option<f64> {
         let limit = self.time.until_periodic?;
         self.has_beats().then_some(limit)

@@ -63,38 +63,60 @@ impl Window {
     }
 }
 
-/// The windows of a run: one, or, where it runs until it is periodic, its beats, the last of which counts.
+/// The windows of a run: one, or, where it runs until it is periodic, the beats after which it may end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Windows {
     of_case: Window,
     /// s
     step: f64,
-    /// Steps of a beat, and how many beats are whole; none where there is one window.
-    beats: Option<[usize; 2]>,
+    beats: Option<Beats>,
+}
+
+/// Beats after each of which a run may end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Beats {
+    /// Steps before the first.
+    before: usize,
+    /// Steps of each.
+    steps: usize,
+    /// Number of whole ones.
+    whole: usize,
 }
 
 impl Windows {
     /// Those of a case.
     pub fn of(case: &Case) -> Self {
-        let beat = case.steps_of_a_beat();
-        let whole = case.steps() / beat.max(1);
+        let steps = case.steps_of_a_beat().max(1);
+        let before = case.first_end() % steps;
+        let whole = case.steps().saturating_sub(before) / steps;
+        let beats = Beats {
+            before,
+            steps,
+            whole,
+        };
+        let is_one_of = case.until_periodic().is_some() && case.steps() >= case.first_end();
         Self {
             of_case: Window::of(case),
             step: case.time.step,
-            beats: (whole > 1 && case.until_periodic().is_some()).then_some([beat, whole]),
+            beats: is_one_of.then_some(beats),
         }
     }
 
     /// The window of a run that has reached a time (s).
     pub fn at(self, time: f64) -> Window {
-        let Some([beat, whole]) = self.beats else {
+        let Some(beats) = self.beats else {
             return self.of_case;
         };
         // A step belongs to the beat that it ends.
-        let number = (time / self.step - 1e-3).max(0.0) as usize / beat;
-        let number = number.min(whole - 1);
-        let [start_s, end_s] =
-            [number, number + 1].map(|n| twelve_digits((n * beat) as f64 * self.step));
+        let step = (time / self.step - 1e-3).max(0.0) as usize;
+        let [start, end] = match step.checked_sub(beats.before) {
+            Some(step) => {
+                let number = (step / beats.steps).min(beats.whole - 1);
+                [number, number + 1].map(|n| beats.before + n * beats.steps)
+            }
+            None => [0, beats.before],
+        };
+        let [start_s, end_s] = [start, end].map(|step| twelve_digits(step as f64 * self.step));
         Window { start_s, end_s }
     }
 }
@@ -136,12 +158,31 @@ mod tests {
                 end_s: 2.0,
             },
             step: 0.1,
-            beats: Some([8, 3]),
+            beats: Some(Beats {
+                before: 0,
+                steps: 8,
+                whole: 3,
+            }),
         };
         let starts =
             [0.0, 0.05, 0.8, 0.85, 0.9, 1.6, 1.7, 2.4, 2.5].map(|time| windows.at(time).start_s);
         assert_eq!(starts, [0.0, 0.0, 0.0, 0.8, 0.8, 0.8, 1.6, 1.6, 1.6]);
         assert_eq!(windows.at(1.7).end_s, 2.4);
+        let later = Beats {
+            before: 4,
+            steps: 8,
+            whole: 2,
+        };
+        let later = Windows {
+            beats: Some(later),
+            ..windows
+        };
+        let found = [0.0, 0.4, 0.5, 1.2, 1.3, 2.0, 2.1].map(|time| {
+            let Window { start_s, end_s } = later.at(time);
+            (start_s, end_s)
+        });
+        let [first, second, third] = [(0.0, 0.4), (0.4, 1.2), (1.2, 2.0)];
+        assert_eq!(found, [first, first, second, second, third, third, third]);
         let one = Windows {
             beats: None,
             ..windows

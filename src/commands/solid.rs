@@ -119,7 +119,8 @@ fn move_tube(
     mut history: CsvTable,
     quiet: bool,
 ) -> Result<TubeSolution, Failure> {
-    let mut progress = Progress::new(dynamics.steps as u64, quiet);
+    let steps = dynamics.steps;
+    let mut progress = Progress::new(move |_| steps, quiet);
     for step in 1..=dynamics.steps as u64 {
         let clock = Instant::now();
         let moment = motion.advance().map_err(failed)?;

@@ -1,5 +1,6 @@
 //! How far a run is from repeating itself, and how much of a curve alternates from step to step.
 
+use fsi_numerics::twelve_digits;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -25,34 +26,36 @@ pub struct BeatMeasure {
     pub curves: Vec<Vec<f64>>,
 }
 
-/// How well the last two whole beats of a run agree, which is to end when they do.
+/// How far a beat ends as it began, in a run that is over when it does. What it ends with the next one begins with, so
+/// that this differs from it by no more.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// Largest difference that counts as agreement (`time.until_periodic`).
     pub limit: f64,
-    /// Number of the later beat, from 1.
-    pub beat: usize,
+    /// End of the beat, s.
+    #[serde(default)] // earlier runs have the number of the beat instead
+    pub time_s: f64,
     /// Largest relative difference of a measure.
     #[serde(with = "crate::numbers")]
     pub largest: f64,
     /// The measure that has it.
     pub measure: String,
-    /// That of each: the root mean square of `f(t) - f(t - T)` over that of `f`, over the later beat and all its
-    /// quantities. (Largest differences would be those of single steps, in which the coupling's tolerance shows.)
+    /// That of each: the root mean square of `f(t) - f(t - T)` over that of `f`, over the last tenth of the beat and
+    /// all its quantities. (Largest differences would be those of single steps, in which the tolerance shows.)
     pub differences: BTreeMap<String, f64>,
 }
 
 impl Agreement {
-    /// Of a run with so many steps to a beat; none before the second beat is whole.
-    pub fn of(measures: &[BeatMeasure], beat: usize, limit: f64) -> Option<Self> {
+    /// At the last step of a run with so many steps, which take `step` (s), to a beat; none before there is as much a
+    /// beat earlier.
+    pub fn of(measures: &[BeatMeasure], beat: usize, step: f64, limit: f64) -> Option<Self> {
+        let compared = beat.div_ceil(10);
         let relative = |measure: &BeatMeasure| {
             let (mut difference, mut size) = (0.0, 0.0);
             for curve in &measure.curves {
-                let beats: Vec<&[f64]> = curve.chunks_exact(beat).collect();
-                let [.., before, now] = beats[..] else {
-                    return None;
-                };
-                let known = now.iter().zip(before);
+                let start = curve.len().checked_sub(compared)?;
+                let before = &curve[start.checked_sub(beat)?..];
+                let known = curve[start..].iter().zip(before);
                 let known = known.filter(|(now, before)| (*now - *before).is_finite());
                 for (now, before) in known {
                     difference += (now - before).powi(2);
@@ -72,29 +75,25 @@ impl Agreement {
         let (measure, largest) = differences.iter().max_by(|a, b| a.1.total_cmp(b.1))?;
         Some(Self {
             limit,
-            beat: measures.first()?.curves.first()?.len() / beat,
+            time_s: twelve_digits(measures.first()?.curves.first()?.len() as f64 * step),
             largest: *largest,
             measure: measure.clone(),
             differences,
         })
     }
 
-    /// Whether the beats agree.
+    /// Whether the beat ends as it began.
     pub fn is_reached(&self) -> bool {
         self.largest <= self.limit
     }
 
-    /// What a run whose beats do not agree should be told.
+    /// What a run should be told whose beat does not.
     pub fn warning(&self) -> Option<String> {
         (!self.is_reached()).then(|| {
             format!(
-                "the run has ended before it was periodic: beats {} and {} differ by {:.1e} in {}, more than time.until_periodic = {:?}: \
-                 raise time.end_s (--end-time), and go on with --resume",
-                self.beat - 1,
-                self.beat,
-                self.largest,
-                self.measure,
-                self.limit
+                "the run has ended before it was periodic: at t = {} s and a beat earlier, {} differ by {:.1e}, more than \
+                 time.until_periodic = {:?}: raise time.end_s (--end-time), and go on with --resume",
+                self.time_s, self.measure, self.largest, self.limit
             )
         })
     }
@@ -106,12 +105,9 @@ impl std::fmt::Display for Agreement {
             Some(warning) => write!(f, "warning: {warning}"),
             None => write!(
                 f,
-                "periodic: beats {} and {} differ by {:.1e} at most, in {} (time.until_periodic = {:?})",
-                self.beat - 1,
-                self.beat,
-                self.largest,
-                self.measure,
-                self.limit
+                "periodic: at t = {} s and a beat earlier, nothing differs by more than {:.1e}, that of {} \
+                 (time.until_periodic = {:?})",
+                self.time_s, self.largest, self.measure, self.limit
             ),
         }
     }
@@ -174,9 +170,9 @@ mod tests {
         assert_eq!(alternating(&[1.0, 2.0, 3.0]), None);
     }
 
-    /// Two flows of one kind count together, and a beat that is not whole does not count.
+    /// Two flows of one kind count together; a beat may end anywhere after the first and a tenth.
     #[test]
-    fn beats_agree_when_the_worst_of_all_measures_does() {
+    fn a_beat_ends_as_it_began_when_the_worst_of_all_measures_does() {
         let curve = |size: f64, transient: f64, steps: i32| -> Vec<f64> {
             let times = (1..=steps).map(|n| f64::from(n) / 1000.0);
             let value = |t: f64| size * (TAU * t).cos() + transient * 0.1_f64.powf(t);
@@ -189,13 +185,15 @@ mod tests {
                 name: name.into(),
                 curves,
             });
-            Agreement::of(&measures, 1000, 0.01)
+            Agreement::of(&measures, 1000, 1e-3, 0.01)
         };
-        assert_eq!(agreement(1999), None);
-        let second = agreement(2500).unwrap();
-        assert_eq!((second.beat, second.measure.as_str()), (2, "pressure"));
-        // Of 0.2 (0.1^(t - 1) - 0.1^t) from t = 1 to 2, over that of a cosine, 2/sqrt(2).
-        let of_second = 0.1 * 0.9 * 2_f64.sqrt() * (0.99 / (2.0 * 10_f64.ln())).sqrt();
+        assert_eq!(agreement(1099), None);
+        let second = agreement(2000).unwrap();
+        assert_eq!((second.time_s, second.measure.as_str()), (2.0, "pressure"));
+        // Of 0.2 (0.1^(t - 1) - 0.1^t) from t = 1.9 to 2, over that of 2 cos(2πt).
+        let decay = f64::sqrt((0.1_f64.powf(1.8) - 0.1_f64.powf(2.0)) / (2.0 * 10_f64.ln()));
+        let cosine = f64::sqrt(0.05 + (2.0 * 0.1 * TAU).sin() / (4.0 * TAU));
+        let of_second = 0.1 * 0.9 * decay / cosine;
         assert_relative_eq!(second.largest, of_second, max_relative = 0.01);
         assert_relative_eq!(
             second.differences["flow"],
@@ -204,7 +202,7 @@ mod tests {
         );
         assert!(!second.is_reached());
         let said = second.to_string();
-        let start = "warning: the run has ended before it was periodic: beats 1 and 2 differ by 5.9e-2 in pressure, more than";
+        let start = "warning: the run has ended before it was periodic: at t = 2 s and a beat earlier, pressure differ by 1.1e-2, more than";
         assert!(said.starts_with(start), "{said}");
         let third = agreement(3000).unwrap();
         assert_relative_eq!(third.largest, 0.1 * of_second, max_relative = 0.01);
@@ -212,7 +210,7 @@ mod tests {
         assert!(third.is_reached(), "{said}");
         assert_eq!(
             said,
-            "periodic: beats 2 and 3 differ by 5.9e-3 at most, in pressure (time.until_periodic = 0.01)"
+            "periodic: at t = 3 s and a beat earlier, nothing differs by more than 1.1e-3, that of pressure (time.until_periodic = 0.01)"
         );
     }
 

@@ -1,4 +1,4 @@
-//! Whether the beats of a run repeat themselves, from its tables: what they say does not depend on resumptions.
+//! Whether a beat ends as it began, from its tables: what they say does not depend on resumptions.
 
 use super::run_files::RunFiles;
 use super::tables::{self, HistoryRow, OpeningRow};
@@ -8,7 +8,7 @@ use crate::hemodynamics::{Agreement, RegionStep};
 use std::collections::BTreeMap;
 use std::io;
 
-/// What is needed to compare the last two beats of a run.
+/// What is needed to compare what a run has come to with what was a beat earlier.
 #[derive(Debug, Clone)]
 pub struct Beats {
     files: RunFiles,
@@ -30,7 +30,7 @@ impl Beats {
         })
     }
 
-    /// How well they agree; none before the second one is whole.
+    /// How well they agree; none before there is anything to compare.
     ///
     /// # Errors
     /// If a table cannot be read.
@@ -64,7 +64,7 @@ impl Beats {
             name: format!("the mean wall shear stress of the region {region}"),
             curves: vec![curve],
         }));
-        Ok(Agreement::of(&measures, self.beat, self.limit))
+        Ok(Agreement::of(&measures, self.beat, self.step, self.limit))
     }
 
     /// Values by name, without those between whole steps.

@@ -16,11 +16,14 @@ const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
 /// Columns of the bar, if there is room.
 const BAR: std::ops::RangeInclusive<usize> = 8..=24;
 
-/// Progress of a run over a known number of time steps.
+/// After how many steps a run may end next, by those that are done.
+type NextEnd = Box<dyn Fn(usize) -> usize + Send>;
+
+/// Progress of a run over its time steps.
 pub struct Progress {
     quiet: bool,
     bar: Option<ProgressBar>,
-    steps: u64,
+    next_end: NextEnd,
     done: u64,
     recent: VecDeque<f64>,
     last_line: Option<Instant>,
@@ -29,12 +32,12 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Progress of `steps` steps; `quiet` shows nothing.
-    pub fn new(steps: u64, quiet: bool) -> Self {
+    /// Progress up to the step after which a run may end next; `quiet` shows nothing.
+    pub fn new(next_end: impl Fn(usize) -> usize + Send + 'static, quiet: bool) -> Self {
         Self {
             quiet,
-            bar: bar(Some(steps)).filter(|_| !quiet),
-            steps,
+            bar: bar(Some(next_end(0) as u64)).filter(|_| !quiet),
+            next_end: Box::new(next_end),
             done: 0,
             recent: VecDeque::new(),
             last_line: None,
@@ -59,20 +62,23 @@ impl Progress {
             return;
         }
         let mean = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
+        // One that has come to such an end says so, and if it goes on, with the next step how far.
+        let steps = (self.next_end)(done.saturating_sub(1) as usize) as u64;
         let figures = Figures {
             done,
-            steps: self.steps,
+            steps,
             time,
             iterations,
             residual,
             seconds: mean,
-            left: human(mean * (self.steps - done) as f64),
+            left: human(mean * (steps - done) as f64),
         };
         if let Some(bar) = &self.bar {
+            bar.set_length(steps);
             bar.set_position(done);
             let columns = terminal::columns(&stderr()).unwrap_or(usize::MAX);
             bar.set_message(figures.line(columns));
-        } else if done == self.steps
+        } else if done == steps
             || self
                 .last_line
                 .is_none_or(|last| last.elapsed() >= PLAIN_INTERVAL)

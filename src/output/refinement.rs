@@ -22,6 +22,10 @@ const SAFETY_OF_THREE: f64 = 1.25;
 /// order says nothing (Eça and Hoekstra 2014).
 const SLOWEST_DECAY: f64 = std::f64::consts::FRAC_1_SQRT_2;
 
+/// Fastest decay that is believed: that of second order with the step halved. A change that is smaller still may be
+/// small by chance.
+const FASTEST_DECAY: f64 = 0.25;
+
 /// Where a value goes as the mesh becomes finer, and how well that is known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
@@ -51,7 +55,8 @@ impl Limit {
 
     /// From a series that was refined by the same factor each time, from coarse to fine. If its last two changes have
     /// the same sign and decrease fast enough, they go on as a geometric series (Richardson's extrapolation with the
-    /// observed order); otherwise the last value counts, and the range of the last three is what is not known.
+    /// observed order), of which no less is unknown than if they had decreased by [`FASTEST_DECAY`]; otherwise the last
+    /// value counts, and the range of the last three is what is not known.
     ///
     /// # Panics
     /// If there are fewer than two values.
@@ -66,9 +71,10 @@ impl Limit {
         let decay = last / before;
         if decay > 0.0 && decay <= SLOWEST_DECAY {
             let rest = last * decay / (1.0 - decay);
+            let least = before * FASTEST_DECAY.powi(2) / (1.0 - FASTEST_DECAY);
             return Self {
                 value: fine + rest,
-                uncertainty: SAFETY_OF_THREE * rest.abs(),
+                uncertainty: SAFETY_OF_THREE * rest.abs().max(least.abs()),
             };
         }
         let all = [coarse, middle, fine];
@@ -238,6 +244,9 @@ mod tests {
         // 2 + 0.8 h with h halved: first order.
         let (value, uncertainty) = of(&[2.8, 2.4, 2.2]);
         assert!((value - 2.0).abs() < 1e-14 && (uncertainty - 0.25).abs() < 1e-14);
+        // The last change is small by chance: no less is unknown than with 2 + 16/15 h², which changes by 0.8 and 0.2.
+        let (value, uncertainty) = of(&[2.8, 2.0, 1.992]);
+        assert!((value - 1.99192).abs() < 1e-5 && (uncertainty - 1.25 / 15.0).abs() < 1e-14);
         assert_eq!(of(&[9.0, 1.0, 2.0, 1.5]), (1.5, 1.0));
         assert_eq!(of(&[1.0, 2.0, 4.0]), (4.0, 3.0));
         assert_eq!(of(&[0.0, 1.0, 1.75]), (1.75, 1.75));

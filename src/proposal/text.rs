@@ -24,7 +24,7 @@ pub struct Numbers {
     pub least_bend: Option<f64>,
     pub flow: [f64; 2],
     pub windkessel: Option<Windkessel>,
-    /// Pressure from which the ramp of the preset `fast` leads into the periodic state, Pa.
+    /// Pressure at the beginning of a beat in the periodic state, with which the preset `fast` begins, Pa.
     pub fast_start: Option<f64>,
     pub rings: Option<(usize, f64)>,
     /// Duration of a beat and of a step, s.
@@ -55,8 +55,7 @@ impl Numbers {
         let own = tube_law::compliance(case, PRESSURES.map(|p| p * MMHG));
         let of_ramp = |ramp: f64| figures.windkessel(ramp, input.is_rcr, own);
         self.windkessel = of_ramp(case.ramp.duration);
-        let from_rest = of_ramp(FAST_RAMP * self.period);
-        self.fast_start = from_rest.map(|found| found.start);
+        self.fast_start = of_ramp(0.0).map(|found| found.start);
         if let Some(vessel) = case.vessel() {
             let mesh = &vessel.fluid.mesh;
             let rings = figures.rings(mesh.radial, mesh.wall_grading);
@@ -339,7 +338,8 @@ fn time(numbers: &Numbers, text: &mut String) {
     );
 }
 
-/// Duration of the ramp of the preset `fast`, and how long it goes on at most, in beats.
+/// Steps of the beat before the preset `fast`, its ramp without one, and how long it goes on at most, in beats.
+const FAST_BEFORE: usize = 40;
 const FAST_RAMP: f64 = 0.05;
 const FAST_BEATS: f64 = 10.0;
 
@@ -347,22 +347,24 @@ fn fast(input: &ProposalInput, numbers: &Numbers, text: &mut String) {
     let period = numbers.period;
     let _ = write!(
         text,
-        "\n[preset.fast] # second order in time, until two beats agree\ntime.step_s = {:e} # twice as long\ntime.end_s = {:?} # {FAST_BEATS:.0} beats \
-         at most\nramp.duration_s = {:?}\n",
+        "\n[preset.fast] # second order in time, until a beat ends as it began\ntime.step_s = {:e} # twice as long\ntime.end_s = {:?} # {FAST_BEATS:.0} \
+         beats at most\n",
         fitting(2.0 * numbers.step, period),
         twelve_digits(FAST_BEATS * period),
-        rounded(FAST_RAMP * period),
     );
-    if let Some(start) = numbers.fast_start {
-        let _ = writeln!(
-            text,
-            "windkessel.initial_pressure_Pa = {:e} # {:.0} mmHg: from there the ramp leads into the periodic state",
-            rounded(start),
-            start / MMHG
-        );
-        if input.loaded.is_none() {
-            *text += "initial.start = \"equilibrium\"\n";
-        }
+    let Some(start) = numbers.fast_start else {
+        let _ = writeln!(text, "ramp.duration_s = {:?}", rounded(FAST_RAMP * period));
+        return;
+    };
+    let _ = write!(
+        text,
+        "ramp.duration_s = 0.0\ninitial.steps_before = {FAST_BEFORE} # the blood flows from the beginning, where 1.5 beats are enough\n\
+         windkessel.initial_pressure_Pa = {:e} # {:.0} mmHg, the pressure at the beginning of a beat\n",
+        rounded(start),
+        start / MMHG
+    );
+    if input.loaded.is_none() {
+        *text += "initial.start = \"equilibrium\"\n";
     }
 }
 

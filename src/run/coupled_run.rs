@@ -61,10 +61,11 @@ impl CoupledRun {
             Some(checkpoint) => Record::resume(settings, solid, checkpoint.observer.0.clone()),
             None => Record::create(settings, solid),
         };
-        let observer = (
-            record.map_err(run_failure)?,
-            Progress::new(case.steps() as u64, quiet),
-        );
+        let next_end = {
+            let case = case.clone();
+            move |done| case.next_end(done)
+        };
+        let observer = (record.map_err(run_failure)?, Progress::new(next_end, quiet));
         let checkpoints = Checkpoints::of(case, folder.checkpoints()).map_err(written)?;
         let simulation = Simulation::of(case, model.coupling, observer);
         let mut run = Self {

@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 pub struct Clock {
     time_step: f64,
     last: usize,
-    /// Steps of a beat, if the simulation may be over at the end of one.
-    beat: Option<usize>,
+    /// After how many steps the simulation may be over first, and how many later each time, if it may.
+    beats: Option<[usize; 2]>,
     reading: ClockReading,
 }
 
@@ -29,14 +29,14 @@ impl Clock {
         Self {
             time_step,
             last,
-            beat: None,
+            beats: None,
             reading: ClockReading::default(),
         }
     }
 
-    /// The same, which may be over earlier: at the end of the second or a later beat of so many steps, if any.
-    pub fn with_beats(self, beat: Option<usize>) -> Self {
-        Self { beat, ..self }
+    /// The same, which may be over earlier, if any: first after so many steps, and then after each beat of so many.
+    pub fn with_beats(self, beats: Option<[usize; 2]>) -> Self {
+        Self { beats, ..self }
     }
 
     /// Steps that are done.
@@ -77,8 +77,11 @@ impl Clock {
 
     /// Whether this step may be the last one.
     pub fn may_end_after(&self, step: usize) -> bool {
-        let ends_beat = |beat: usize| step >= 2 * beat && step.is_multiple_of(beat);
-        step == self.last || self.beat.is_some_and(ends_beat)
+        let ends_beat = |[first, beat]: [usize; 2]| {
+            let after = step.checked_sub(first);
+            after.is_some_and(|steps| steps.is_multiple_of(beat))
+        };
+        step == self.last || self.beats.is_some_and(ends_beat)
     }
 
     /// What it shows.
@@ -124,11 +127,12 @@ mod tests {
 
     #[test]
     fn a_run_may_end_with_a_beat_but_not_with_the_first() {
-        let ends = |beat| -> Vec<usize> {
-            let clock = Clock::new(0.25, 14).with_beats(beat);
+        let ends = |beats| -> Vec<usize> {
+            let clock = Clock::new(0.25, 14).with_beats(beats);
             (1..=14).filter(|&step| clock.may_end_after(step)).collect()
         };
-        assert_eq!(ends(Some(4)), [8, 12, 14]);
+        assert_eq!(ends(Some([8, 4])), [8, 12, 14]);
+        assert_eq!(ends(Some([6, 4])), [6, 10, 14]);
         assert_eq!(ends(None), [14]);
     }
 

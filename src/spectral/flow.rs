@@ -167,6 +167,11 @@ impl Flow {
         self.patience = Patience::until(interrupt);
     }
 
+    /// Sets the tolerance of the solutions; gives the one before.
+    pub fn set_tolerance(&mut self, tolerance: f64) -> f64 {
+        std::mem::replace(&mut self.settings.tolerance, tolerance)
+    }
+
     /// The elements.
     pub fn space(&self) -> &SpectralElements {
         &self.space

@@ -155,6 +155,8 @@ const SINGLE: &[(&str, &str, &str, &str)] = &[
     ("S-0.25", "output.fluid_interval_s", "0", "above 0.0"),
     ("S-0.25", "output.window_start_s", "0.5", "less than the end of the window, 0.1 s"),
     ("S-0.25", "output.window_end_s", "0", "above 0.0"),
+    ("S-0.25", "initial.steps_before", "9", "a whole number from 10 to 1000"),
+    ("S-0.25", "initial.steps_before", "2.5", "a whole number"),
     ("S-0.25", "time.until_periodic", "0", "above 0.0"),
     ("S-0.25", "time.until_periodic", "-1e-3", "above 0.0"),
     ("S-0.25", "time.until_periodic", "5", "at most 0.1"),
@@ -736,6 +738,54 @@ fn endless_mistakes_take_no_time() {
         format!("a = {}1{}\n", "{a = ".repeat(10_000), "}".repeat(10_000)),
     ] {
         assert!(!case(&nested).0.is_empty());
+    }
+}
+
+/// It needs a wall under pressure and no ramp, and begins so with either of the program's own fluids.
+#[test]
+fn blood_that_flows_at_once_is_refused_where_it_is_stopped() {
+    let model = project().join("S-0.25");
+    let steps = ("initial.steps_before", "25");
+    let at_once = ("ramp.duration_s", "0");
+    let equilibrium = ("initial.start", "equilibrium");
+    #[rustfmt::skip]
+    let wrong = [
+        ([steps, at_once, ("initial.start", "ramp")], "initial.start", "write initial.start = \"equilibrium\""),
+        ([steps, equilibrium, ("ramp.duration_s", "0.05")], "ramp.duration_s", "write ramp.duration_s = 0, and into windkessel.initial_pressure_Pa"),
+    ];
+    for (set, key, said) in wrong {
+        let text = refuse(&model, &set).to_string();
+        assert!(text.contains(key) && text.contains(said), "{text}");
+    }
+    let own = [
+        steps,
+        equilibrium,
+        at_once,
+        ("fluid.command", "[\"./solver\"]"),
+    ];
+    let text = refuse(&model, &own).to_string();
+    assert!(
+        text.contains("a program of your own begins as it likes: leave initial.steps_before out"),
+        "{text}"
+    );
+    for solver in ["openfoam", "native"] {
+        let set = [steps, equilibrium, at_once, ("fluid.solver", solver)];
+        let set = set.map(|(key, value)| (key.to_owned(), value.to_owned()));
+        let case =
+            Case::load(&model, Preset::Demo, &set).unwrap_or_else(|errors| panic!("{errors}"));
+        assert_eq!((case.steps_before(), case.unread.len()), (Some(25), 0));
+        // A whole run, and of one until it is periodic 1.5, 2.5 and so on of beats of 100 steps.
+        assert_eq!(case.next_end(0), 25);
+        let set = [
+            &set[..],
+            &[("time.until_periodic", "1e-3"), ("time.end_s", "3")]
+                .map(|(key, value)| (key.to_owned(), value.to_owned())),
+        ]
+        .concat();
+        let case =
+            Case::load(&model, Preset::Demo, &set).unwrap_or_else(|errors| panic!("{errors}"));
+        let ends = [0, 149, 150, 249, 250].map(|done| case.next_end(done));
+        assert_eq!(ends, [150, 150, 250, 250, 300]);
     }
 }
 

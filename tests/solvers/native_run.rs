@@ -2,6 +2,7 @@
 
 use crate::run_support::*;
 use rustix::process::Signal;
+use std::collections::HashMap;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
@@ -76,13 +77,18 @@ fn a_run_until_it_is_periodic_ends_alike_when_resumed() {
     };
     let told = text(&run(&straight, 72, "0.1", &[]));
     let found = &summary(&straight)["periodic"];
-    let ended = found["beat"].as_u64().unwrap() as usize;
+    let beats = found["time_s"].as_f64().unwrap() / 0.012;
+    let ended = beats.round() as usize;
+    assert!((beats - ended as f64).abs() < 1e-9);
     println!("{found}");
     assert!((3..12).contains(&ended), "{found}");
     let ends = [steps_done(&straight), newest_checkpoint(&straight).unwrap()];
     assert_eq!(ends, [6 * ended; 2]);
     assert!(found["largest"].as_f64().unwrap() <= 0.1, "{found}");
-    let sentence = format!("periodic: beats {} and {ended} differ by ", ended - 1);
+    let sentence = format!(
+        "periodic: at t = {} s and a beat earlier, nothing differs by more than ",
+        found["time_s"]
+    );
     assert!(told.contains(&sentence), "{told}");
     let hemodynamics = std::fs::read_to_string(straight.join("hemodynamics.json")).unwrap();
     let hemodynamics: serde_json::Value = serde_json::from_str(&hemodynamics).unwrap();
@@ -94,7 +100,9 @@ fn a_run_until_it_is_periodic_ends_alike_when_resumed() {
     // Amid the third beat, which is no end, and without the step after which it ended.
     let told = text(&run(&resumed, 14, "0.1", &[]));
     assert!(
-        told.contains("warning: the run has ended before it was periodic: beats 1 and 2"),
+        told.contains(
+            "warning: the run has ended before it was periodic: at t = 0.028 s and a beat earlier,"
+        ),
         "{told}"
     );
     run(&resumed, 72, "0.1", &["--resume"]);
@@ -108,6 +116,42 @@ fn a_run_until_it_is_periodic_ends_alike_when_resumed() {
     let smaller = format!("{}", 0.9 * found["largest"].as_f64().unwrap());
     run(&resumed, 72, &smaller, &["--resume"]);
     assert!(steps_done(&resumed) > 6 * ended);
+}
+
+const FLOWING: [&str; 4] = [
+    "initial.start=equilibrium",
+    "initial.steps_before=10",
+    "ramp.duration_s=0",
+    "windkessel.initial_pressure_Pa=1.3e4",
+];
+
+/// Its windows are beats that begin in the middle of one, and it ends with one of them, also if it is resumed.
+#[test]
+fn a_run_whose_blood_flows_at_once_ends_amid_a_beat() {
+    let folder = tempfile::tempdir().unwrap();
+    let [straight, resumed] = ["straight", "resumed"].map(|name| folder.path().join(name));
+    let beats = [
+        "time.period_s=0.012",
+        "inflow.systole_s=0.006",
+        "structure.time_scheme=bossak",
+        "time.until_periodic=0.1",
+    ];
+    let run = |out: &Path, steps: usize, more: &[&str]| {
+        complete(alone(out, steps, &[&FLOWING, &beats, more].concat()));
+    };
+    run(&straight, 75, &[]);
+    let ended = steps_done(&straight);
+    println!("{ended}");
+    assert!(ended % 6 == 3 && (9..75).contains(&ended), "{ended}");
+    let hemodynamics = std::fs::read_to_string(straight.join("hemodynamics.json")).unwrap();
+    let hemodynamics: serde_json::Value = serde_json::from_str(&hemodynamics).unwrap();
+    let window = ["start_s", "end_s"].map(|key| hemodynamics["window"][key].as_f64().unwrap());
+    let end = ended as f64 * 0.002;
+    assert!((window[0] - end + 0.012).abs() < 1e-9 && (window[1] - end).abs() < 1e-9);
+    assert_eq!(hemodynamics["complete"], true);
+    run(&resumed, 2, &[]);
+    run(&resumed, 75, &["--resume"]);
+    assert_same_run(&resumed, &straight);
 }
 
 /// Bypass and artery are the whole vessel, and its volume is the fluid's own, not that of flat faces.
@@ -128,6 +172,52 @@ fn regions_have_the_volume_of_the_whole(run: &Path) {
         let error = (bypass + artery) / whole - 1.0;
         assert!(error.abs() < 1e-12, "{error:e}");
     }
+}
+
+/// With a constant inflow, which the beat before has made a steady flow: nothing has to be accelerated, and the middle
+/// of the artery is about twice as fast as the mean. From rest the first step takes a surge of pressure, and moves the
+/// blood as a plug.
+#[test]
+#[cfg_attr(not(feature = "openfoam"), ignore = "needs OpenFOAM")]
+fn blood_flows_from_the_beginning_with_both_fluids() {
+    let folder = tempfile::tempdir().unwrap();
+    let watched = "output.fluid_probes_m=[[0.055, 0.0, 0.0]]";
+    let usual = [
+        "inflow.amplitude_m3_s=0",
+        "fluid.mesh.axial_extension=21",
+        "fluid.mesh.axial_per_section=21",
+        "structure.axial_per_section=4",
+        watched,
+    ];
+    // Pressure at the inlet above that at the outlet (Pa), and velocity (m/s), after the first step.
+    let first = |name: &str, fluid: &str, more: &[&str]| -> [f64; 2] {
+        let run = folder.path().join(name);
+        complete(driver(
+            &run,
+            1,
+            &[&["--fluid", fluid, "--set"], &usual[..], more].concat(),
+        ));
+        let value = |file: &str, column: &str| -> f64 {
+            let mut table = csv::Reader::from_path(run.join(file)).unwrap();
+            let row = table.deserialize::<HashMap<String, String>>().next();
+            row.unwrap().unwrap()[column].parse().unwrap()
+        };
+        let pressure = |column| value("history.csv", column);
+        [
+            pressure("p_in_Pa") - pressure("p_out_Pa"),
+            value("fluid-probes.csv", "ux_m_s"),
+        ]
+    };
+    let rest: Vec<&str> = FLOWING
+        .into_iter()
+        .filter(|key| !key.contains("before"))
+        .collect();
+    let found = [
+        first("native", "native", &FLOWING),
+        first("openfoam", "openfoam", &FLOWING),
+        first("rest", "native", &rest),
+    ];
+    println!("{found:?}");
 }
 
 /// They differ by the error of OpenFOAM's mesh.

@@ -2,7 +2,7 @@
 
 use super::{Report, anastomosis, described, openings, random_lumen};
 use crate::{
-    BloodVessel, Case, GivenShape, InletEnd, Shape, Start, SurrogateModel, TissueDirection,
+    BloodVessel, Case, GivenShape, InletEnd, Shape, Solver, Start, SurrogateModel, TissueDirection,
     VesselEnd, VesselSide,
 };
 
@@ -29,6 +29,27 @@ pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) 
         "a shape that is given under pressure needs a start under that pressure: write initial.start = \"equilibrium\", and \
          that pressure into initial.pressure_Pa"
             .into(),
+    );
+    let flows = vessel
+        .initial
+        .as_ref()
+        .is_some_and(|initial| initial.steps_before.is_some());
+    report(
+        &["initial.steps_before", "initial.start"],
+        flows && vessel.start() != Start::Equilibrium,
+        "blood that flows from the beginning needs a wall under pressure: write initial.start = \"equilibrium\"".into(),
+    );
+    report(
+        &["initial.steps_before", "ramp.duration_s"],
+        flows && case.ramp.duration > 0.0,
+        "a ramp would stop the blood that flows from the beginning: write ramp.duration_s = 0, and into \
+         windkessel.initial_pressure_Pa the pressure at the beginning of a beat"
+            .into(),
+    );
+    report(
+        &["initial.steps_before", "fluid.solver"],
+        flows && case.fluid.solver == Solver::External,
+        "a program of your own begins as it likes: leave initial.steps_before out".into(),
     );
     report(
         &["initial.pressure_Pa", "initial.shape"],

@@ -75,6 +75,7 @@ impl ResolvedCase {
             let of_solver = [
                 conditions::OPENFOAM,
                 conditions::NATIVE,
+                conditions::NATIVE_ELEMENTS,
                 conditions::NOT_NATIVE,
                 conditions::TEMPLATES,
                 conditions::COUPLED_MESH,

@@ -4,7 +4,7 @@ use super::FlowError;
 use super::basis::Basis;
 use super::clock::SolverPart;
 use super::decay::highest_modes;
-use super::ends::{Coming, NativeOpenings, OpeningCondition};
+use super::ends::{Coming, NativeOpening, NativeOpenings, OpeningCondition};
 use super::field::field;
 use super::flow::{BoundaryConditions, Flow, FlowSettings, FlowSolution, FlowState};
 use super::lumen_mesh::LumenMesh;
@@ -38,6 +38,9 @@ const TOLERANCE: f64 = 1e-2;
 const LEAST_ACCURATE: f64 = 1e-7;
 /// No solution is more accurate than this.
 const MOST_ACCURATE: f64 = 1e-11;
+/// Tolerance of the beat before the run. Mean wall shear in after two steps of the run, with 40 before: 0.4088 Pa
+/// with 1e-5, 0.4046 with this; 0.4047 with 1e-7 and 25, where 1e-6 leads to 0.4016.
+const BEFORE: f64 = 1e-6;
 /// Most iterations of a solution.
 const MOST_ITERATIONS: usize = 400;
 
@@ -261,6 +264,23 @@ impl NativeFluid {
         probe(space, positions, velocity, &pressure[0], &self.watched)
     }
 
+    /// Velocity (m/s) at points (m), at the end of the last accepted step; zero outside the fluid.
+    pub fn velocities(&self, points: &[Vec3]) -> Vec<Vec3> {
+        let FlowState {
+            positions,
+            velocity,
+            pressure,
+            ..
+        } = &self.memory.flow;
+        let [positions, velocity] = [&positions[0], &velocity[0]];
+        let space = self.flow.space();
+        let found = probe(space, positions, velocity, &pressure[0], points).into_iter();
+        let velocities = found.map(|probe| probe.velocity);
+        velocities
+            .map(|u| if u.x.is_nan() { Vec3::zeros() } else { u })
+            .collect()
+    }
+
     /// How well the elements resolve the flow at the end of the last accepted step.
     fn element_modes(&self) -> ElementModes {
         let by_element = highest_modes(self.flow.space(), &self.memory.flow.velocity[0]);
@@ -281,6 +301,38 @@ impl NativeFluid {
         let positions = self.mesh.positions(&displacement);
         self.memory.flow.positions = [positions.clone(), positions];
         self.initial = displacement;
+    }
+
+    /// Begins as the blood is after a beat of `period` (s) between walls at rest, from rest in so many steps. For a
+    /// fluid that has taken no step.
+    ///
+    /// # Errors
+    /// If a step cannot be solved.
+    pub fn begin_after_a_beat(&mut self, period: f64, steps: usize) -> Result<(), FluidError> {
+        let start = self.memory.clone();
+        let (at_rest, time_step) = (self.initial.clone(), period / steps as f64);
+        let effort = FluidEffort {
+            max_sweeps: 1,
+            residual: 0.0,
+            from_old_state: false,
+        };
+        // Between such walls the level of a single pressure has no effect, but the tolerance would be relative to it.
+        let is_open = |end: &NativeOpening| end.open().is_some();
+        if self.ends.openings.iter().filter(|end| is_open(end)).count() == 1 {
+            self.memory.downstream.fill([0.0; 2]);
+        }
+        let tolerance = self.flow.set_tolerance(BEFORE);
+        for _ in 0..steps {
+            self.solve(&at_rest, time_step, effort)?;
+            self.accept(Wanted::default())?;
+            // Implicit Euler, and convection by the flow at the beginning of a step: stable in steps of any length.
+            self.memory.flow.before = None;
+        }
+        self.flow.set_tolerance(tolerance);
+        let after = std::mem::replace(&mut self.memory, start).flow;
+        let [velocity, _] = after.velocity;
+        self.memory.flow.velocity = [velocity.clone(), velocity];
+        Ok(())
     }
 
     /// Volume (m³) of the mesh at t = 0, and of its parts with a rigid wall.

@@ -8,9 +8,10 @@ pub use self::openings::{PatchMotion, VesselOpenings};
 pub use super::write_file::CaseFilesError;
 
 use super::connection::Connection;
-use super::names::{CONVECTION, OPENINGS, TIME_DERIVATIVE, WALLS};
+use super::names::{CONVECTION, INITIAL_VELOCITY, OPENINGS, TIME_DERIVATIVE, WALLS};
 use super::write_file::{io_error, write_file};
 use super::{probes, templates};
+use crate::Vec3;
 use crate::case::{Blood, ConvectionScheme, Flag, FluidTimeScheme, Ramp, Rheology, Time};
 use crate::geometry::MotionBlend;
 use std::fmt::Write as _;
@@ -242,6 +243,21 @@ impl CaseFiles<'_> {
         }
         numbers
     }
+}
+
+/// Writes the velocities (m/s) of the cells with which the blood begins, where `0/U` looks for them.
+///
+/// # Errors
+/// If the file cannot be written.
+pub fn write_velocities(velocities: &[Vec3], folder: &Path) -> Result<(), CaseFilesError> {
+    let mut text = format!(
+        "// The blood at t = 0; written by fsi-driver\ninternalField nonuniform List<vector>\n{}\n(\n",
+        velocities.len()
+    );
+    for u in velocities {
+        let _ = writeln!(text, "({:e} {:e} {:e})", u.x, u.y, u.z);
+    }
+    write_file(&folder.join(INITIAL_VELOCITY), &(text + ")\n;\n"))
 }
 
 /// Two lists for the adapter (`blendedMotionSolver`): points of each ring; for each point of the mesh its ring and

@@ -18,3 +18,6 @@ pub(super) fn included(field: &str) -> String {
 
 /// The fields with such a file.
 pub(super) const FIELDS: [&str; 3] = ["p", "U", "pointDisplacement"];
+
+/// The file with the velocities of the cells with which the blood begins, if it does not begin at rest.
+pub(super) const INITIAL_VELOCITY: &str = "system/fsiInitialVelocity";

@@ -1,7 +1,9 @@
 //! The templates of an OpenFOAM case: what there must be, and that OpenFOAM can read it.
 
 use super::dictionary::{Dictionary, DictionaryError};
-use super::names::{CONVECTION, FIELDS, OPENINGS, TIME_DERIVATIVE, WALLS, included};
+use super::names::{
+    CONVECTION, FIELDS, INITIAL_VELOCITY, OPENINGS, TIME_DERIVATIVE, WALLS, included,
+};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -75,6 +77,17 @@ pub fn check_equilibrium_start(folder: &Path) -> Option<TemplateError> {
         false => &["initialPressure"],
     };
     check_reads(folder, "0/p", parameters, effect)
+}
+
+/// What blood that flows from the beginning misses in the templates in `folder`.
+pub fn check_initial_velocity(folder: &Path) -> Option<TemplateError> {
+    let path = folder.join("0/U");
+    let text = fs::read_to_string(&path).ok()?;
+    let reason = format!(
+        "it does not include \"$FOAM_CASE/{INITIAL_VELOCITY}\", by which the blood flows from the beginning (initial.steps_before); \
+         openfoam-case/base/0/U shows how"
+    );
+    (!text.contains(INITIAL_VELOCITY)).then_some(TemplateError::File(path, reason))
 }
 
 /// The fields of the templates in `folder` that do not include what is prescribed at the openings, but prescribe
@@ -464,6 +477,19 @@ mod tests {
                 "{text}"
             );
         }
+    }
+
+    #[test]
+    fn templates_that_know_no_initial_velocity_are_told_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let templates = folder.path().join("templates");
+        copy(&base(), &templates).unwrap();
+        assert_eq!(check_initial_velocity(&templates), None);
+        edit(&templates.join("0/U"), "fsiInitialVelocity", "another");
+        let text = check_initial_velocity(&templates).unwrap().to_string();
+        let said =
+            "0/U: it does not include \"$FOAM_CASE/system/fsiInitialVelocity\", by which the blood";
+        assert!(text.contains(said), "{text}");
     }
 
     fn edit(path: &Path, from: &str, to: &str) {

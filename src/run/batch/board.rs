@@ -1,6 +1,7 @@
 //! One table of progress for all models: it updates in a terminal, and is printed now and then elsewhere.
 
 use super::models::{BatchRun, Outcome};
+use crate::case::Case;
 use crate::output::progress::human;
 use crate::output::run_files::RunFiles;
 use crate::output::tables::{self, HistoryRow};
@@ -41,8 +42,9 @@ struct Lines {
 struct ModelRow {
     name: String,
     files: RunFiles,
+    case: Case,
+    /// After which it may end next, or has ended.
     steps: usize,
-    time_step: f64,
     done: usize,
     /// Of these, steps that an earlier study has done.
     done_before: usize,
@@ -56,7 +58,8 @@ impl ModelRow {
             return; // not there yet
         };
         let reached = history.last().map_or(0.0, |row| row.time_s);
-        self.done = (reached / self.time_step + 1e-6) as usize;
+        self.done = (reached / self.case.time.step + 1e-6) as usize;
+        self.steps = self.case.next_end(self.done.saturating_sub(1));
         let recent = &history[history.len().saturating_sub(RECENT)..];
         if !recent.is_empty() {
             self.pace =
@@ -88,8 +91,8 @@ impl Board {
                 let mut row = ModelRow {
                     name: model.name.clone(),
                     files: RunFiles::new(&model.out),
-                    steps: model.case.steps(),
-                    time_step: model.case.time.step,
+                    steps: model.case.next_end(0),
+                    case: model.case.case.clone(),
                     done: 0,
                     done_before: 0,
                     pace: None,

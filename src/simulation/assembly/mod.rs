@@ -36,7 +36,9 @@ use crate::curve::SpaceCurve;
 use crate::fluid::conversation::session::Terms;
 use crate::fluid::external::{ExternalFluid, ExternalSettings, Starter};
 use crate::fluid::native::NativeFluid;
-use crate::fluid::openfoam::case_files::{CaseFiles, CaseFilesError, Openings, VesselOpenings};
+use crate::fluid::openfoam::case_files::{
+    CaseFiles, CaseFilesError, Openings, VesselOpenings, write_velocities,
+};
 use crate::fluid::openfoam::prepared::{MeshSource, Prepared};
 use crate::fluid::openfoam::probes::Sampling;
 use crate::fluid::openfoam::{OpenFoam, OpenFoamSettings};
@@ -167,7 +169,7 @@ impl CoupledModel {
                         wall = Some(round_wall(&domain, &branches.surface, round));
                     }
                     let volumes = domain.fluid.cell_volumes();
-                    let mut fluid = openfoam(case, &domain, workplace, memory)?;
+                    let mut fluid = openfoam(case, &domain, &solid, workplace, memory)?;
                     if let Some(wall) = wall {
                         fluid = Box::new(PolygonalWall::new(fluid, wall));
                     }
@@ -180,15 +182,7 @@ impl CoupledModel {
                     (faces, fluid.volumes(), Box::new(fluid))
                 }
                 case::Solver::Native => {
-                    let mut fluid = NativeFluid::new(case)?;
-                    if solid.is_displaced() {
-                        let places = solid.locate(&fluid.interface().points)?;
-                        fluid.begin_at(solid.accepted_displacement(&places));
-                    }
-                    if let Some(memory) = memory {
-                        fluid.recall(memory)?;
-                    }
-                    fluid.give_up_at(workplace.interrupt);
+                    let fluid = native(case, &solid, workplace.interrupt, memory)?;
                     (fluid.elements(), fluid.volumes()?, Box::new(fluid))
                 }
             };
@@ -334,20 +328,50 @@ impl<F: Fluid, O: Observer<Structure>> Simulation<F, Structure, O> {
             max_halvings: case.time.max_halvings,
             fluid_interval: case.output.fluid_interval,
         };
-        let beat = case.until_periodic().map(|_| case.steps_of_a_beat());
-        let clock = Clock::new(case.time.step, case.steps()).with_beats(beat);
+        let beats = [case.first_end(), case.steps_of_a_beat()];
+        let beats = case.until_periodic().map(|_| beats);
+        let clock = Clock::new(case.time.step, case.steps()).with_beats(beats);
         Self::new(coupling, clock, settings, observer)
     }
+}
+
+/// The native fluid between walls as they are now: where it was when it gave `memory`, or as the run begins.
+fn native(
+    case: &Case,
+    solid: &Structure,
+    interrupt: Arc<AtomicBool>,
+    memory: Option<&FluidMemory>,
+) -> Result<NativeFluid, AssemblyError> {
+    let mut fluid = NativeFluid::new(case)?;
+    fluid.give_up_at(interrupt);
+    if solid.is_displaced() {
+        let places = solid.locate(&fluid.interface().points)?;
+        fluid.begin_at(solid.accepted_displacement(&places));
+    }
+    if let Some(memory) = memory {
+        fluid.recall(memory)?;
+    } else if let Some(steps) = case.steps_before() {
+        fluid.begin_after_a_beat(case.time.period, steps)?;
+    }
+    Ok(fluid)
 }
 
 /// Writes the OpenFOAM case and starts the solver.
 fn openfoam(
     case: &Case,
     domain: &Domain,
+    solid: &Structure,
     workplace: Workplace,
     memory: Option<&FluidMemory>,
 ) -> Result<Box<dyn Fluid>, AssemblyError> {
     prepared(case, domain)?.write(&workplace.folder)?;
+    if memory.is_none() && case.steps_before().is_some() {
+        let fluid = native(case, solid, workplace.interrupt.clone(), None)?;
+        let cells = domain.fluid.cell_geometry().into_iter();
+        let centres: Vec<Vec3> = cells.map(|(_, centre)| centre).collect();
+        let velocities = fluid.velocities(&centres);
+        write_velocities(&velocities, &workplace.folder)?;
+    }
     let settings = OpenFoamSettings {
         case: workplace.folder,
         log: workplace.log,

@@ -133,6 +133,9 @@ fn template_mistakes(case: &ResolvedCase, domain: &Domain) -> Vec<TemplateError>
         if vessel.start() == Start::Equilibrium {
             found.extend(templates::check_equilibrium_start(folder));
         }
+        if case.steps_before().is_some() {
+            found.extend(templates::check_initial_velocity(folder));
+        }
         for (opening, moves) in [
             ("inlet", vessel.inlet_end() != InletEnd::Clamped),
             ("outlet", vessel.outlet_end().0 != VesselEnd::Clamped),
