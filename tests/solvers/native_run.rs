@@ -192,11 +192,8 @@ fn blood_flows_from_the_beginning_with_both_fluids() {
     // Pressure at the inlet above that at the outlet (Pa), and velocity (m/s), after the first step.
     let first = |name: &str, fluid: &str, more: &[&str]| -> [f64; 2] {
         let run = folder.path().join(name);
-        complete(driver(
-            &run,
-            1,
-            &[&["--fluid", fluid, "--set"], &usual[..], more].concat(),
-        ));
+        let fluid = ["--fluid", fluid, "--set"];
+        complete(driver(&run, 1, &[&fluid, &FEW[3..], &usual, more].concat()));
         let value = |file: &str, column: &str| -> f64 {
             let mut table = csv::Reader::from_path(run.join(file)).unwrap();
             let row = table.deserialize::<HashMap<String, String>>().next();
@@ -218,6 +215,11 @@ fn blood_flows_from_the_beginning_with_both_fluids() {
         first("rest", "native", &rest),
     ];
     println!("{found:?}");
+    let measured = [[38.3, 0.1778], [-16.1, 0.1705], [3274.1, 0.01003]];
+    for (found, measured) in found.iter().zip(measured) {
+        assert!((found[0] - measured[0]).abs() < 2.0, "{found:?}");
+        assert!((found[1] / measured[1] - 1.0).abs() < 0.01, "{found:?}");
+    }
 }
 
 /// They differ by the error of OpenFOAM's mesh.

@@ -303,12 +303,17 @@ impl NativeFluid {
         self.initial = displacement;
     }
 
-    /// Begins as the blood is after a beat of `period` (s) between walls at rest, from rest in so many steps. For a
-    /// fluid that has taken no step.
+    /// Begins as the blood is after a beat of `period` (s) between walls at rest, from rest in so many steps; tells the
+    /// share that is done. For a fluid that has taken no step.
     ///
     /// # Errors
     /// If a step cannot be solved.
-    pub fn begin_after_a_beat(&mut self, period: f64, steps: usize) -> Result<(), FluidError> {
+    pub fn begin_after_a_beat(
+        &mut self,
+        period: f64,
+        steps: usize,
+        tell: impl Fn(f64),
+    ) -> Result<(), FluidError> {
         let start = self.memory.clone();
         let (at_rest, time_step) = (self.initial.clone(), period / steps as f64);
         let effort = FluidEffort {
@@ -322,11 +327,12 @@ impl NativeFluid {
             self.memory.downstream.fill([0.0; 2]);
         }
         let tolerance = self.flow.set_tolerance(BEFORE);
-        for _ in 0..steps {
+        for step in 1..=steps {
             self.solve(&at_rest, time_step, effort)?;
             self.accept(Wanted::default())?;
             // Implicit Euler, and convection by the flow at the beginning of a step: stable in steps of any length.
             self.memory.flow.before = None;
+            tell(step as f64 / steps as f64);
         }
         self.flow.set_tolerance(tolerance);
         let after = std::mem::replace(&mut self.memory, start).flow;

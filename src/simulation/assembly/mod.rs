@@ -47,7 +47,7 @@ use crate::fluid::{Fluid, FluidEffort, FluidError, FluidInterface, FluidMemory};
 use crate::geometry::{MotionBlend, PolyMesh, WallPolygons};
 use crate::pfem::element::mapping::MappingKind;
 use crate::pfem::evaluation::locate::Location;
-use crate::pfem::solution::listener::Work;
+use crate::pfem::solution::listener::{self, Work};
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::{
     Discretization, Formulation, Gravity, Solid, SolidError, Structure, StructureOptions,
@@ -351,7 +351,8 @@ fn native(
     if let Some(memory) = memory {
         fluid.recall(memory)?;
     } else if let Some(steps) = case.steps_before() {
-        fluid.begin_after_a_beat(case.time.period, steps)?;
+        let tell = |share| listener::tell("the beat before the first", share);
+        fluid.begin_after_a_beat(case.time.period, steps, tell)?;
     }
     Ok(fluid)
 }
