@@ -34,7 +34,8 @@ fn run(folder: PathBuf) -> Result<(), Box<dyn Error>> {
     let model = CoupledModel::new(&case, files.workplace(), None)?;
     let settings = RecordSettings::of(&case, &files, &model);
     let record = Record::create(settings, &model.coupling.solid)?;
-    let progress = Progress::new(case.steps() as u64, false);
+    let steps = case.steps();
+    let progress = Progress::new(move |_| steps, false);
     let mut simulation = Simulation::of(&case, model.coupling, (record, progress))
         .with_checkpoints(Checkpoints::of(&case, files.checkpoints())?);
     simulation.run(&|| false)?;

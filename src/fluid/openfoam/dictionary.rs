@@ -3,7 +3,7 @@
 //! Braces, brackets and semicolons must be in order. Macros and directives other than `#include` are not followed: what
 //! holds one may have any entry.
 
-use super::names::{FIELDS, included};
+use super::names::{FIELDS, INITIAL_VELOCITY, included};
 use regex_lite::Regex;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
@@ -251,9 +251,14 @@ impl Parser<'_> {
                         }
                     };
                 }
-                (Some(Token::Directive(_)), _) => {
-                    into.is_open = true;
-                    self.skip_line();
+                (Some(Token::Directive(name)), _) => {
+                    // Velocities of the driver's take the place of an entry that is there.
+                    let is_known = name == "includeIfPresent"
+                        && matches!(self.token()?, Some(Token::Text(file)) if file.ends_with(INITIAL_VELOCITY));
+                    if !is_known {
+                        into.is_open = true;
+                        self.skip_line();
+                    }
                 }
                 (Some(Token::Word(word)), _) if word.starts_with('$') => into.is_open = true,
                 (Some(Token::Text(pattern)), _) => {
