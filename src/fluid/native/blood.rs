@@ -253,19 +253,19 @@ impl NativeFluid {
 
     /// Pressure and velocity at the points that are watched, at the end of the last accepted step.
     pub fn probes(&self) -> Vec<FluidProbe> {
-        let FlowState {
-            positions,
-            velocity,
-            pressure,
-            ..
-        } = &self.memory.flow;
-        let [positions, velocity] = [&positions[0], &velocity[0]];
-        let space = self.flow.space();
-        probe(space, positions, velocity, &pressure[0], &self.watched)
+        self.at(&self.watched)
     }
 
     /// Velocity (m/s) at points (m), at the end of the last accepted step; zero outside the fluid.
     pub fn velocities(&self, points: &[Vec3]) -> Vec<Vec3> {
+        let velocities = self.at(points).into_iter().map(|probe| probe.velocity);
+        velocities
+            .map(|u| if u.x.is_nan() { Vec3::zeros() } else { u })
+            .collect()
+    }
+
+    /// Pressure and velocity at points (m), at the end of the last accepted step; NaN outside the fluid.
+    fn at(&self, points: &[Vec3]) -> Vec<FluidProbe> {
         let FlowState {
             positions,
             velocity,
@@ -273,12 +273,7 @@ impl NativeFluid {
             ..
         } = &self.memory.flow;
         let [positions, velocity] = [&positions[0], &velocity[0]];
-        let space = self.flow.space();
-        let found = probe(space, positions, velocity, &pressure[0], points).into_iter();
-        let velocities = found.map(|probe| probe.velocity);
-        velocities
-            .map(|u| if u.x.is_nan() { Vec3::zeros() } else { u })
-            .collect()
+        probe(self.flow.space(), positions, velocity, &pressure[0], points)
     }
 
     /// How well the elements resolve the flow at the end of the last accepted step.
