@@ -634,8 +634,8 @@ fn long_lists_are_refused() {
     let largest = [("geometry.imperfection".into(), flat(100, 100))];
     Case::load(&model, Preset::Demo, &largest).unwrap();
     let seconds = cpu_seconds_of_this_thread() - before;
-    // Measured: 0.3 s; 9.7 s if the top were searched for around every sample.
-    assert!(seconds < 2.0, "took {seconds} s");
+    // Measured: 1.1 s on a slow machine; 9.7 s on a fast one if the top were searched for around every sample.
+    assert!(seconds < 4.0, "took {seconds} s");
     let points = format!("{:?}", vec![[0.01, 2e-3, 0.0]; 1001]);
     for key in ["output.probes_m", "output.fluid_probes_m"] {
         let text = refuse(&model, &[(key, &points)]).to_string();
