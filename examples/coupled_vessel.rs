@@ -3,7 +3,7 @@
 //! Two time steps of the case S-0.25 on a small mesh, with OpenFOAM for the blood. The folder then holds what
 //! `fsi-driver --case openfoam-case/S-0.25` would leave in it, but for the evaluation at the end.
 
-use fsi_driver::case::{Case, Preset};
+use fsi_driver::case::{Case, Preset, RunEnds};
 use fsi_driver::output::progress::Progress;
 use fsi_driver::output::record::{Record, RecordSettings};
 use fsi_driver::output::run_files::RunFiles;
@@ -34,8 +34,7 @@ fn run(folder: PathBuf) -> Result<(), Box<dyn Error>> {
     let model = CoupledModel::new(&case, files.workplace(), None)?;
     let settings = RecordSettings::of(&case, &files, &model);
     let record = Record::create(settings, &model.coupling.solid)?;
-    let steps = case.steps();
-    let progress = Progress::new(move |_| steps, false);
+    let progress = Progress::new(RunEnds::of(&case), false);
     let mut simulation = Simulation::of(&case, model.coupling, (record, progress))
         .with_checkpoints(Checkpoints::of(&case, files.checkpoints())?);
     simulation.run(&|| false)?;

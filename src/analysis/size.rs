@@ -1,6 +1,6 @@
 //! How large a case is before anything is built.
 
-use crate::case::{Case, FluidMesh, Problem, Solver, WallMesh};
+use crate::case::{Case, FluidMesh, Problem, RunEnds, Solver, WallMesh};
 use crate::curve::SpaceCurve;
 use crate::geometry::{Span, Vessel, flag};
 
@@ -109,8 +109,8 @@ pub fn fluid_seconds(case: &Case) -> Option<f64> {
     })
 }
 
-/// Seconds that a run takes on that machine while nothing else works there, as far as they can be told beforehand:
-/// the first beat, or a coupling that needs more than two iterations per step, takes longer.
+/// Seconds that a run takes on that machine while nothing else works there, until it may be over first, as far as they
+/// can be told beforehand: the first beat, or a coupling that needs more than two iterations per step, takes longer.
 pub fn run_seconds(case: &Case) -> Option<f64> {
     let wall = match case.has_elastic_wall() {
         true => structure_degrees_of_freedom(case) as f64,
@@ -118,10 +118,10 @@ pub fn run_seconds(case: &Case) -> Option<f64> {
     };
     // 0.010 to 0.070 s of 3,024 to 12,576 degrees of freedom, 20 times as much of 190,000
     let structure = 5e-6 * wall * (1.0 + wall / 5e4);
-    Some(case.steps() as f64 * (fluid_seconds(case)? + structure))
+    Some(RunEnds::of(case).from(0) as f64 * (fluid_seconds(case)? + structure))
 }
 
-/// Bytes that a run leaves on the disk: the wall at each step, fields of blood and wall, two checkpoints. Measured
+/// Bytes that a run leaves on the disk that is over as soon as it may be: the wall at each step, fields of blood and wall, two checkpoints. Measured
 /// with the presets; absent for a user-supplied mesh.
 pub fn disk(case: &Case) -> Option<f64> {
     let cells = Some(fluid_cells(case)).filter(|&cells| cells > 0)? as f64;
@@ -148,13 +148,14 @@ pub fn disk(case: &Case) -> Option<f64> {
         }
         _ => (0.0, 220.0 * cells),
     };
-    let written = |interval: f64| (case.time.end / interval).ceil();
+    let steps = RunEnds::of(case).from(0) as f64;
+    let written = |interval: f64| (steps * case.time.step / interval).ceil();
     let every_step = match case.output.wall_history {
         true => 24.0 * faces + 16.0,
         false => 0.0,
     };
     Some(
-        case.steps() as f64 * (every_step + 1e3)
+        steps * (every_step + 1e3)
             + written(case.output.fluid_interval) * field
             + written(case.output.structure_interval) * 630.0 * degrees_of_freedom
             + 2.0 * (field + 300.0 * degrees_of_freedom),

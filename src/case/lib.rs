@@ -50,6 +50,7 @@ mod periodic_table;
 mod problem;
 mod random_lumen;
 mod relative;
+mod run_ends;
 pub mod schema;
 pub mod source;
 pub mod spelling;
@@ -96,6 +97,7 @@ pub use own::*;
 pub use periodic_table::PeriodicTable;
 pub use problem::{Problem, ProblemKind};
 pub use random_lumen::{RandomLumen, RandomWall};
+pub use run_ends::RunEnds;
 pub use schema::Only;
 pub use tree::*;
 pub use uncertain::{Correlation, DistributionKind, Uncertain, inputs};
@@ -124,26 +126,6 @@ impl Case {
         (self.time.period / self.time.step).round() as usize
     }
 
-    /// Number of time steps after which a run that ends when it is periodic may end first, and again after each beat.
-    /// From rest the blood takes most of a beat to begin to flow; what flows already is nearly periodic after half.
-    pub fn first_end(&self) -> usize {
-        let beat = self.steps_of_a_beat();
-        match self.steps_before() {
-            Some(_) => beat + beat.div_ceil(2),
-            None => 2 * beat,
-        }
-    }
-
-    /// Number of time steps after which a run with so many `done` may end next.
-    pub fn next_end(&self, done: usize) -> usize {
-        if self.until_periodic().is_none() {
-            return self.steps();
-        }
-        let (first, beat) = (self.first_end(), self.steps_of_a_beat());
-        let beats = (done + 1).saturating_sub(first).div_ceil(beat);
-        (first + beats * beat).min(self.steps())
-    }
-
     /// How little a beat must differ from the one before for the run to end, if it may end so.
     pub fn until_periodic(&self) -> Option<f64> {
         let limit = self.time.until_periodic?;
@@ -157,10 +139,10 @@ impl Case {
 
     /// The number of time steps in words.
     pub fn steps_told(&self) -> String {
-        let at_most = match self.until_periodic() {
-            Some(_) => "at most ",
-            None => "",
-        };
-        format!("{at_most}{} steps", self.steps())
+        let ends = RunEnds::of(self);
+        match ends.from(0) {
+            last if last == ends.last() => format!("{last} steps"),
+            first => format!("{first} to {} steps", ends.last()),
+        }
     }
 }

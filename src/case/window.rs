@@ -1,6 +1,6 @@
 //! The part of a run that is evaluated.
 
-use super::{Case, Ramp};
+use super::{Case, Ramp, RunEnds};
 use fsi_numerics::twelve_digits;
 use serde::{Deserialize, Serialize};
 
@@ -69,54 +69,27 @@ pub struct Windows {
     of_case: Window,
     /// s
     step: f64,
-    beats: Option<Beats>,
-}
-
-/// Beats after each of which a run may end.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Beats {
-    /// Steps before the first.
-    before: usize,
-    /// Steps of each.
-    steps: usize,
-    /// Number of whole ones.
-    whole: usize,
+    ends: RunEnds,
 }
 
 impl Windows {
     /// Those of a case.
     pub fn of(case: &Case) -> Self {
-        let steps = case.steps_of_a_beat().max(1);
-        let before = case.first_end() % steps;
-        let whole = case.steps().saturating_sub(before) / steps;
-        let beats = Beats {
-            before,
-            steps,
-            whole,
-        };
-        let is_one_of = case.until_periodic().is_some() && case.steps() >= case.first_end();
         Self {
             of_case: Window::of(case),
             step: case.time.step,
-            beats: is_one_of.then_some(beats),
+            ends: RunEnds::of(case),
         }
     }
 
     /// The window of a run that has reached a time (s).
     pub fn at(self, time: f64) -> Window {
-        let Some(beats) = self.beats else {
+        // Of a time within a step it is the one that ends it.
+        let step = (time / self.step - 1e-3).max(0.0).ceil() as usize;
+        let Some(beat) = self.ends.beat_of(step) else {
             return self.of_case;
         };
-        // A step belongs to the beat that it ends.
-        let step = (time / self.step - 1e-3).max(0.0) as usize;
-        let [start, end] = match step.checked_sub(beats.before) {
-            Some(step) => {
-                let number = (step / beats.steps).min(beats.whole - 1);
-                [number, number + 1].map(|n| beats.before + n * beats.steps)
-            }
-            None => [0, beats.before],
-        };
-        let [start_s, end_s] = [start, end].map(|step| twelve_digits(step as f64 * self.step));
+        let [start_s, end_s] = beat.map(|step| twelve_digits(step as f64 * self.step));
         Window { start_s, end_s }
     }
 }
@@ -147,47 +120,6 @@ mod tests {
             .collect();
         assert_eq!((inside[0], inside[inside.len() - 1]), (101, 150));
         assert_eq!(inside.len(), 50);
-    }
-
-    /// Each beat is a window of its own, up to the last whole one.
-    #[test]
-    fn windows_of_a_run_until_it_is_periodic_are_its_beats() {
-        let windows = Windows {
-            of_case: Window {
-                start_s: 1.0,
-                end_s: 2.0,
-            },
-            step: 0.1,
-            beats: Some(Beats {
-                before: 0,
-                steps: 8,
-                whole: 3,
-            }),
-        };
-        let starts =
-            [0.0, 0.05, 0.8, 0.85, 0.9, 1.6, 1.7, 2.4, 2.5].map(|time| windows.at(time).start_s);
-        assert_eq!(starts, [0.0, 0.0, 0.0, 0.8, 0.8, 0.8, 1.6, 1.6, 1.6]);
-        assert_eq!(windows.at(1.7).end_s, 2.4);
-        let later = Beats {
-            before: 4,
-            steps: 8,
-            whole: 2,
-        };
-        let later = Windows {
-            beats: Some(later),
-            ..windows
-        };
-        let found = [0.0, 0.4, 0.5, 1.2, 1.3, 2.0, 2.1].map(|time| {
-            let Window { start_s, end_s } = later.at(time);
-            (start_s, end_s)
-        });
-        let [first, second, third] = [(0.0, 0.4), (0.4, 1.2), (1.2, 2.0)];
-        assert_eq!(found, [first, first, second, second, third, third, third]);
-        let one = Windows {
-            beats: None,
-            ..windows
-        };
-        assert_eq!(one.at(0.3), one.of_case);
     }
 
     /// A window that contains the ramp, and one that is not a whole number of periods.

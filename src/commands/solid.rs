@@ -4,6 +4,7 @@ use super::{Failure, results_folder};
 use crate::analysis::motion::{Dynamics, TubeMotion};
 use crate::analysis::solid_file::SolidFile;
 use crate::analysis::tube::Tube;
+use crate::case::RunEnds;
 use crate::output::progress::Progress;
 use crate::output::tables::CsvTable;
 use crate::output::tube_results::{self, TubeSolution};
@@ -119,8 +120,7 @@ fn move_tube(
     mut history: CsvTable,
     quiet: bool,
 ) -> Result<TubeSolution, Failure> {
-    let steps = dynamics.steps;
-    let mut progress = Progress::new(move |_| steps, quiet);
+    let mut progress = Progress::new(RunEnds::last_only(dynamics.steps), quiet);
     for step in 1..=dynamics.steps as u64 {
         let clock = Instant::now();
         let moment = motion.advance().map_err(failed)?;

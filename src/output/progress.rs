@@ -1,6 +1,7 @@
 //! The line of progress: one that updates in a terminal, plain lines elsewhere.
 
 use super::terminal;
+use crate::case::RunEnds;
 use crate::pfem::solution::listener::{self, Work};
 use crate::simulation::observer::{AcceptedStep, AcceptedWall, Note, Observer};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -16,14 +17,11 @@ const PLAIN_INTERVAL: Duration = Duration::from_secs(10);
 /// Columns of the bar, if there is room.
 const BAR: std::ops::RangeInclusive<usize> = 8..=24;
 
-/// After how many steps a run may end next, by those that are done.
-type NextEnd = Box<dyn Fn(usize) -> usize + Send>;
-
 /// Progress of a run over its time steps.
 pub struct Progress {
     quiet: bool,
     bar: Option<ProgressBar>,
-    next_end: NextEnd,
+    ends: RunEnds,
     done: u64,
     recent: VecDeque<f64>,
     last_line: Option<Instant>,
@@ -32,12 +30,12 @@ pub struct Progress {
 }
 
 impl Progress {
-    /// Progress up to the step after which a run may end next; `quiet` shows nothing.
-    pub fn new(next_end: impl Fn(usize) -> usize + Send + 'static, quiet: bool) -> Self {
+    /// Progress up to the step after which a run may be over next; `quiet` shows nothing.
+    pub fn new(ends: RunEnds, quiet: bool) -> Self {
         Self {
             quiet,
-            bar: bar(Some(next_end(0) as u64)).filter(|_| !quiet),
-            next_end: Box::new(next_end),
+            bar: bar(Some(ends.from(0) as u64)).filter(|_| !quiet),
+            ends,
             done: 0,
             recent: VecDeque::new(),
             last_line: None,
@@ -63,7 +61,7 @@ impl Progress {
         }
         let mean = self.recent.iter().sum::<f64>() / self.recent.len() as f64;
         // One that has come to such an end says so, and if it goes on, with the next step how far.
-        let steps = (self.next_end)(done.saturating_sub(1) as usize) as u64;
+        let steps = self.ends.from(done as usize) as u64;
         let figures = Figures {
             done,
             steps,

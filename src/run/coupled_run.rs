@@ -1,7 +1,7 @@
 //! A run in its folder: the simulation of a case, its record and its progress.
 
 use super::{Failure, Interrupt, RunFolder, run_failure, written};
-use crate::case::Case;
+use crate::case::{Case, RunEnds};
 use crate::fluid::{Fluid, FluidError};
 use crate::output::progress::Progress;
 use crate::output::record::{self, Record, RecordSettings};
@@ -61,11 +61,8 @@ impl CoupledRun {
             Some(checkpoint) => Record::resume(settings, solid, checkpoint.observer.0.clone()),
             None => Record::create(settings, solid),
         };
-        let next_end = {
-            let case = case.clone();
-            move |done| case.next_end(done)
-        };
-        let observer = (record.map_err(run_failure)?, Progress::new(next_end, quiet));
+        let progress = Progress::new(RunEnds::of(case), quiet);
+        let observer = (record.map_err(run_failure)?, progress);
         let checkpoints = Checkpoints::of(case, folder.checkpoints()).map_err(written)?;
         let simulation = Simulation::of(case, model.coupling, observer);
         let mut run = Self {

@@ -1,6 +1,7 @@
 //! Where a simulation is in time.
 
 use super::subdivision::StepSubdivision;
+use crate::case::RunEnds;
 use fsi_numerics::twelve_digits;
 use serde::{Deserialize, Serialize};
 
@@ -8,9 +9,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Clock {
     time_step: f64,
-    last: usize,
-    /// After how many steps the simulation may be over first, and how many later each time, if it may.
-    beats: Option<[usize; 2]>,
+    ends: RunEnds,
     reading: ClockReading,
 }
 
@@ -24,19 +23,13 @@ pub struct ClockReading {
 }
 
 impl Clock {
-    /// At the start of `last` steps, `time_step` (s) long.
-    pub fn new(time_step: f64, last: usize) -> Self {
+    /// At the start of steps of `time_step` (s), after some of which the simulation may be over.
+    pub fn new(time_step: f64, ends: RunEnds) -> Self {
         Self {
             time_step,
-            last,
-            beats: None,
+            ends,
             reading: ClockReading::default(),
         }
-    }
-
-    /// The same, which may be over earlier, if any: first after so many steps, and then after each beat of so many.
-    pub fn with_beats(self, beats: Option<[usize; 2]>) -> Self {
-        Self { beats, ..self }
     }
 
     /// Steps that are done.
@@ -46,7 +39,7 @@ impl Clock {
 
     /// Number of the last step.
     pub fn last(&self) -> usize {
-        self.last
+        self.ends.last()
     }
 
     /// Length of a step, s.
@@ -72,16 +65,12 @@ impl Clock {
 
     /// Whether the last step is done.
     pub fn is_over(&self) -> bool {
-        self.reading.steps >= self.last
+        self.reading.steps >= self.ends.last()
     }
 
     /// Whether this step may be the last one.
     pub fn may_end_after(&self, step: usize) -> bool {
-        let ends_beat = |[first, beat]: [usize; 2]| {
-            let after = step.checked_sub(first);
-            after.is_some_and(|steps| steps.is_multiple_of(beat))
-        };
-        step == self.last || self.beats.is_some_and(ends_beat)
+        self.ends.contains(step)
     }
 
     /// What it shows.
@@ -126,19 +115,8 @@ mod tests {
     }
 
     #[test]
-    fn a_run_may_end_with_a_beat_but_not_with_the_first() {
-        let ends = |beats| -> Vec<usize> {
-            let clock = Clock::new(0.25, 14).with_beats(beats);
-            (1..=14).filter(|&step| clock.may_end_after(step)).collect()
-        };
-        assert_eq!(ends(Some([8, 4])), [8, 12, 14]);
-        assert_eq!(ends(Some([6, 4])), [6, 10, 14]);
-        assert_eq!(ends(None), [14]);
-    }
-
-    #[test]
     fn parts_of_a_step_count_when_it_is_whole() {
-        let mut clock = Clock::new(0.5, 2);
+        let mut clock = Clock::new(0.5, RunEnds::last_only(2));
         clock.advance();
         clock.refine(2);
         assert_eq!(

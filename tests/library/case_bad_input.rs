@@ -1,6 +1,6 @@
 //! A table of mistakes: each is reported with its key, and quickly.
 
-use fsi_driver::case::{Case, CaseError, CaseErrors, Override, Preset, ValuePlace};
+use fsi_driver::case::{Case, CaseError, CaseErrors, Override, Preset, RunEnds, ValuePlace};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -775,7 +775,7 @@ fn blood_that_flows_at_once_is_refused_where_it_is_stopped() {
             Case::load(&model, Preset::Demo, &set).unwrap_or_else(|errors| panic!("{errors}"));
         assert_eq!((case.steps_before(), case.unread.len()), (Some(25), 0));
         // A whole run, and of one until it is periodic 1.5, 2.5 and so on of beats of 100 steps.
-        assert_eq!(case.next_end(0), 25);
+        assert_eq!(RunEnds::of(&case).from(0), 25);
         let set = [
             &set[..],
             &[("time.until_periodic", "1e-3"), ("time.end_s", "3")]
@@ -784,8 +784,10 @@ fn blood_that_flows_at_once_is_refused_where_it_is_stopped() {
         .concat();
         let case =
             Case::load(&model, Preset::Demo, &set).unwrap_or_else(|errors| panic!("{errors}"));
-        let ends = [0, 149, 150, 249, 250].map(|done| case.next_end(done));
+        let ends = RunEnds::of(&case);
+        let ends = [0, 150, 151, 250, 251].map(|step| ends.from(step));
         assert_eq!(ends, [150, 150, 250, 250, 300]);
+        assert_eq!(case.steps_told(), "150 to 300 steps");
     }
 }
 

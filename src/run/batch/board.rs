@@ -1,7 +1,7 @@
 //! One table of progress for all models: it updates in a terminal, and is printed now and then elsewhere.
 
 use super::models::{BatchRun, Outcome};
-use crate::case::Case;
+use crate::case::{Case, RunEnds};
 use crate::output::progress::human;
 use crate::output::run_files::RunFiles;
 use crate::output::tables::{self, HistoryRow};
@@ -59,7 +59,7 @@ impl ModelRow {
         };
         let reached = history.last().map_or(0.0, |row| row.time_s);
         self.done = (reached / self.case.time.step + 1e-6) as usize;
-        self.steps = self.case.next_end(self.done.saturating_sub(1));
+        self.steps = RunEnds::of(&self.case).from(self.done);
         let recent = &history[history.len().saturating_sub(RECENT)..];
         if !recent.is_empty() {
             self.pace =
@@ -91,7 +91,7 @@ impl Board {
                 let mut row = ModelRow {
                     name: model.name.clone(),
                     files: RunFiles::new(&model.out),
-                    steps: model.case.next_end(0),
+                    steps: RunEnds::of(&model.case).from(0),
                     case: model.case.case.clone(),
                     done: 0,
                     done_before: 0,

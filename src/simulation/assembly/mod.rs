@@ -22,7 +22,8 @@ use super::clock::Clock;
 use super::{Checkpoints, Simulation, SimulationSettings};
 use crate::Vec3;
 use crate::case::{
-    self, BloodVessel, Case, CaseIdentity, FluidTimeScheme, MeshMotion, Problem, TableError,
+    self, BloodVessel, Case, CaseIdentity, FluidTimeScheme, MeshMotion, Problem, RunEnds,
+    TableError,
 };
 use crate::coupling::acceleration::{self, Acceleration, Filter, Surrogate};
 use crate::coupling::acceptance::Balance;
@@ -72,7 +73,7 @@ pub struct Workplace {
     pub case_file: PathBuf,
     /// Tells the user what the start waits for.
     pub tell: Option<fn(&str)>,
-    /// Ends the wait for a solver that is starting, once it is set.
+    /// RunEnds the wait for a solver that is starting, once it is set.
     pub interrupt: Arc<AtomicBool>,
 }
 
@@ -328,9 +329,7 @@ impl<F: Fluid, O: Observer<Structure>> Simulation<F, Structure, O> {
             max_halvings: case.time.max_halvings,
             fluid_interval: case.output.fluid_interval,
         };
-        let beats = [case.first_end(), case.steps_of_a_beat()];
-        let beats = case.until_periodic().map(|_| beats);
-        let clock = Clock::new(case.time.step, case.steps()).with_beats(beats);
+        let clock = Clock::new(case.time.step, RunEnds::of(case));
         Self::new(coupling, clock, settings, observer)
     }
 }
