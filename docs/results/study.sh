@@ -127,7 +127,7 @@ keep_run() {
 keep_all() {
     keep native 'history.csv regions.csv wall-shear.csv'
     for experiment in openfoam native-paper openfoam-paper half-flow low-base surface-2430 surface-9265 gentle-paths gentler-paths beyond-buckling narrow-graft tissue-1.1 tissue-1.2 second-order \
-        openfoam-rims openfoam-section native-degree-4 native-degree-5 refined; do
+        openfoam-rims openfoam-section native-periodic native-degree-4 native-degree-5 refined; do
         keep "$experiment" ''
     done
 }

@@ -121,8 +121,8 @@ pub fn run_seconds(case: &Case) -> Option<f64> {
     Some(RunEnds::of(case).from(0) as f64 * (fluid_seconds(case)? + structure))
 }
 
-/// Bytes that a run leaves on the disk that is over as soon as it may be: the wall at each step, fields of blood and wall, two checkpoints. Measured
-/// with the presets; absent for a user-supplied mesh.
+/// Bytes that a run leaves on the disk that is over as soon as it may be: the wall at each step, fields of blood and
+/// wall, two checkpoints. Measured with the presets; absent for a user-supplied mesh.
 pub fn disk(case: &Case) -> Option<f64> {
     let cells = Some(fluid_cells(case)).filter(|&cells| cells > 0)? as f64;
     let degrees_of_freedom = structure_degrees_of_freedom(case) as f64;

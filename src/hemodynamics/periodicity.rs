@@ -40,8 +40,9 @@ pub struct Agreement {
     pub largest: f64,
     /// The measure that has it.
     pub measure: String,
-    /// That of each: the root mean square of `f(t) - f(t - T)` over that of `f`, over the last tenth of the beat and
-    /// all its quantities. (Largest differences would be those of single steps, in which the tolerance shows.)
+    /// That of each: by how much the mean over the last tenth of the beat differs from that a beat earlier, over the
+    /// root mean square there; root mean squares of all its quantities. (The coupling's tolerance lets single steps
+    /// scatter about a mean that no longer changes.)
     pub differences: BTreeMap<String, f64>,
 }
 
@@ -57,9 +58,14 @@ impl Agreement {
                 let before = &curve[start.checked_sub(beat)?..];
                 let known = curve[start..].iter().zip(before);
                 let known = known.filter(|(now, before)| (*now - *before).is_finite());
+                let (mut of_curve, mut count) = (0.0, 0.0);
                 for (now, before) in known {
-                    difference += (now - before).powi(2);
+                    of_curve += now - before;
+                    count += 1.0;
                     size += now.powi(2);
+                }
+                if count > 0.0 {
+                    difference += of_curve.powi(2) / count;
                 }
             }
             Some(if size > 0.0 {
@@ -91,9 +97,9 @@ impl Agreement {
     pub fn warning(&self) -> Option<String> {
         (!self.is_reached()).then(|| {
             format!(
-                "the run has ended before it was periodic: at t = {} s and a beat earlier, {} differ by {:.1e}, more than \
-                 time.until_periodic = {:?}: raise time.end_s (--end-time), and go on with --resume",
-                self.time_s, self.measure, self.largest, self.limit
+                "the run has ended before it was periodic: between t = {} s and a beat earlier there is a difference \
+                 of {:.1e} in {}, more than time.until_periodic = {:?}: raise time.end_s (--end-time), and go on with --resume",
+                self.time_s, self.largest, self.measure, self.limit
             )
         })
     }
@@ -180,7 +186,14 @@ mod tests {
         };
         let agreement = |steps| {
             let flows = vec![curve(1.0, 0.0, steps), curve(1e-3, 1e-3, steps)];
-            let measures = [("flow", flows), ("pressure", vec![curve(2.0, 0.2, steps)])];
+            // What scatters from step to step, otherwise in each beat.
+            let sign = |n: i32| if (n + n / 1000) % 2 == 0 { 1.0 } else { -1.0 };
+            let scatter = (1..=steps).map(|n| 1.0 + 0.1 * sign(n)).collect();
+            let measures = [
+                ("flow", flows),
+                ("pressure", vec![curve(2.0, 0.2, steps)]),
+                ("scatter", vec![scatter]),
+            ];
             let measures = measures.map(|(name, curves)| BeatMeasure {
                 name: name.into(),
                 curves,
@@ -190,9 +203,9 @@ mod tests {
         assert_eq!(agreement(1099), None);
         let second = agreement(2000).unwrap();
         assert_eq!((second.time_s, second.measure.as_str()), (2.0, "pressure"));
-        // Of 0.2 (0.1^(t - 1) - 0.1^t) from t = 1.9 to 2, over that of 2 cos(2πt).
-        let decay = f64::sqrt((0.1_f64.powf(1.8) - 0.1_f64.powf(2.0)) / (2.0 * 10_f64.ln()));
-        let cosine = f64::sqrt(0.05 + (2.0 * 0.1 * TAU).sin() / (4.0 * TAU));
+        // The mean of 0.2 (0.1^(t - 1) - 0.1^t) from t = 1.9 to 2 over the root mean square of 2 cos(2πt).
+        let decay = 10.0 * (0.1_f64.powf(0.9) - 0.1_f64.powf(1.0)) / 10_f64.ln();
+        let cosine = f64::sqrt(0.5 + 10.0 * (2.0 * 0.1 * TAU).sin() / (4.0 * TAU));
         let of_second = 0.1 * 0.9 * decay / cosine;
         assert_relative_eq!(second.largest, of_second, max_relative = 0.01);
         assert_relative_eq!(
@@ -200,9 +213,10 @@ mod tests {
             0.01 * of_second,
             max_relative = 0.01
         );
+        assert!(second.differences["scatter"] < 1e-9, "{second:?}");
         assert!(!second.is_reached());
         let said = second.to_string();
-        let start = "warning: the run has ended before it was periodic: at t = 2 s and a beat earlier, pressure differ by 1.1e-2, more than";
+        let start = "warning: the run has ended before it was periodic: between t = 2 s and a beat earlier there is a difference of 1.1e-2 in pressure, more than";
         assert!(said.starts_with(start), "{said}");
         let third = agreement(3000).unwrap();
         assert_relative_eq!(third.largest, 0.1 * of_second, max_relative = 0.01);

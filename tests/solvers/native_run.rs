@@ -101,7 +101,7 @@ fn a_run_until_it_is_periodic_ends_alike_when_resumed() {
     let told = text(&run(&resumed, 14, "0.1", &[]));
     assert!(
         told.contains(
-            "warning: the run has ended before it was periodic: at t = 0.028 s and a beat earlier,"
+            "warning: the run has ended before it was periodic: between t = 0.028 s and a beat earlier there is"
         ),
         "{told}"
     );

@@ -60,6 +60,16 @@ fn state(run: &Results, vessel: &BloodVessel) -> String {
             format!("{:?}", vessel.axial_stretch()),
         ],
     ];
+    if let Some(steps) = vessel
+        .initial
+        .as_ref()
+        .and_then(|initial| initial.steps_before)
+    {
+        rows.push(vec![
+            "velocity of the blood".into(),
+            format!("that after a beat between walls at rest, in {steps} steps"),
+        ]);
+    }
     if let Some(unloading) = unloading(run) {
         rows.push(vec![
             "pressure inside in the given shape".into(),
@@ -74,7 +84,7 @@ fn state(run: &Results, vessel: &BloodVessel) -> String {
             format!("{:.1e} m", unloading.distance_after_loading_m),
         ]);
     }
-    table(&["initial state of the wall", ""], &rows)
+    table(&["initial state", ""], &rows)
 }
 
 /// Where the unloaded shape comes from, if it is not the given one.
