@@ -187,7 +187,13 @@ mod tests {
         let agreement = |steps| {
             let flows = vec![curve(1.0, 0.0, steps), curve(1e-3, 1e-3, steps)];
             // What scatters from step to step, otherwise in each beat.
-            let sign = |n: i32| if (n + n / 1000) % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = |n: i32| {
+                if (n + (n - 1) / 1000) % 2 == 0 {
+                    1.0
+                } else {
+                    -1.0
+                }
+            };
             let scatter = (1..=steps).map(|n| 1.0 + 0.1 * sign(n)).collect();
             let measures = [
                 ("flow", flows),
