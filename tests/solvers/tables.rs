@@ -23,6 +23,7 @@ fn the_pages_say_what_the_stored_runs_say() {
         "docs/results/README.md",
         "docs/results/random-lumen.md",
         "docs/credibility.md",
+        "docs/speed.md",
         "openfoam-case/elastic-tube/README.md",
         "openfoam-case/fda-nozzle/README.md",
         "openfoam-case/silicone-filament/README.md",
