@@ -60,11 +60,7 @@ fn state(run: &Results, vessel: &BloodVessel) -> String {
             format!("{:?}", vessel.axial_stretch()),
         ],
     ];
-    if let Some(steps) = vessel
-        .initial
-        .as_ref()
-        .and_then(|initial| initial.steps_before)
-    {
+    if let Some(steps) = run.case.steps_before() {
         rows.push(vec![
             "velocity of the blood".into(),
             format!("that after a beat between walls at rest, in {steps} steps"),

@@ -73,7 +73,7 @@ pub struct Workplace {
     pub case_file: PathBuf,
     /// Tells the user what the start waits for.
     pub tell: Option<fn(&str)>,
-    /// RunEnds the wait for a solver that is starting, once it is set.
+    /// Ends the wait for a solver that is starting, once it is set.
     pub interrupt: Arc<AtomicBool>,
 }
 
