@@ -69,6 +69,27 @@ fn second_order_does_not_damp_the_pulse() {
     check_case(case, &coarse, 1.5536e-4, 7.1e-3, 4.89);
 }
 
+/// Linear elasticity widens the tube by 1.3e-3 less than Saint Venant-Kirchhoff's law does where the front has just
+/// come: 4.8338e-5 m with the same steps and meshes.
+#[test]
+fn a_linear_wall_has_a_law_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let coarse = [
+        "--end-time",
+        "1e-3",
+        "--set",
+        "time.step_s=1e-4",
+        "structure.p=3",
+        "fluid.native.radial=3",
+        "fluid.native.axial_per_section=5",
+        "output.probes_m=[[0.005, 0.005, 0.0]]",
+    ];
+    run("elastic-tube/linear-wall.toml", &out, &coarse);
+    let found = probes(&out)[0].last().unwrap()[2];
+    assert!((found / 4.8274e-5 - 1.0).abs() < 2e-4, "{found:e}");
+}
+
 #[test]
 #[ignore = "the full form: minutes"]
 fn full_mesh_with_the_native_fluid() {

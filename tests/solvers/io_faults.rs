@@ -225,7 +225,7 @@ fn a_call_for_a_file_that_fails_once_changes_no_result() {
         let sample = |n: usize, call: &str| {
             // After the last checkpoint the older ones are looked for.
             let looks = call.contains("getdents") && call.contains("/checkpoints ");
-            n % 23 == 11 || looks && n % 3 == 1
+            n % 47 == 11 || looks && n % 3 == 1
         };
         bench.campaign("driver", &KINDS, &sample);
     }

@@ -30,10 +30,7 @@ pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) 
          that pressure into initial.pressure_Pa"
             .into(),
     );
-    let flows = vessel
-        .initial
-        .as_ref()
-        .is_some_and(|initial| initial.steps_before.is_some());
+    let flows = case.steps_before().is_some();
     report(
         &["initial.steps_before", "initial.start"],
         flows && vessel.start() != Start::Equilibrium,

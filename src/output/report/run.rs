@@ -257,12 +257,6 @@ pub(super) fn pressure_panel(run: &Results) -> Panel {
 
 pub(crate) fn flow(run: &Results) -> Vec<String> {
     let volume = column(run, |row| row.lumen_volume_m3, MILLILITRE);
-    let share = |t: f64| run.case.ramp.factor(t);
-    let ramps = run
-        .history
-        .iter()
-        .map(|row| (row.time_s, share(row.time_s)))
-        .collect();
     let mut charts = vec![
         chart(
             "flow",
@@ -286,7 +280,10 @@ pub(crate) fn flow(run: &Results) -> Vec<String> {
         ),
     ];
     // What a user-supplied OpenFOAM case prescribes knows of no ramp.
-    if run.vessel.is_some() {
+    let ramp = &run.case.ramp;
+    if run.vessel.is_some() && ramp.duration > 0.0 {
+        let share = |row: &HistoryRow| (row.time_s, ramp.factor(row.time_s));
+        let ramps = run.history.iter().map(share).collect();
         charts.push(chart(
             "ramp",
             "Factor of inflow and outlet pressure at the start.",

@@ -58,8 +58,10 @@ pub enum Load<'a> {
 pub struct StaticOptions {
     /// Load steps to begin with.
     pub steps: usize,
-    /// Relative residual of every step.
+    /// Relative residual of the last step.
     pub tolerance: f64,
+    /// Relative residual of the steps before, if that is larger.
+    pub tolerance_on_the_way: f64,
     /// Newton's method; the full one by default.
     pub newton: NewtonOptions,
     /// What to do where the path loses its stability.
@@ -71,6 +73,7 @@ impl Default for StaticOptions {
         Self {
             steps: 4,
             tolerance: 1e-10,
+            tolerance_on_the_way: 1e-6,
             newton: NewtonOptions {
                 max_iterations: 25,
                 tangent_cost: None,
@@ -316,12 +319,12 @@ impl Path<'_> {
                 }
             }
         }
-        let tolerance = if problem.factor < 1.0 {
-            self.options.tolerance.max(1e-6)
-        } else {
-            self.options.tolerance
+        let options = self.options;
+        let tolerance = match problem.factor < 1.0 {
+            true => options.tolerance.max(options.tolerance_on_the_way),
+            false => options.tolerance,
         };
-        newton::solve(problem, start, tolerance, &self.options.newton, kept)
+        newton::solve(problem, start, tolerance, &options.newton, kept)
     }
 
     fn accept(&mut self, factor: f64, solution: newton::Solution) {

@@ -31,7 +31,14 @@ impl Structure {
         pressure: f64,
         moved: Option<&[f64]>,
     ) -> Result<Vec<f64>, SolidError> {
-        let found = self.inflate(pressure, moved, &StaticOptions::default())?;
+        // The way does not matter, and each step costs four iterations or five. In one step a wall that loses its
+        // stability is more likely to end in another equilibrium.
+        let options = StaticOptions {
+            steps: 2,
+            tolerance_on_the_way: 1e-2,
+            ..StaticOptions::default()
+        };
+        let found = self.inflate(pressure, moved, &options)?;
         if let Some(bifurcation) = found.bifurcation {
             return Err(SolidError::NoEquilibrium(format!(
                 "it loses its stability and bends sideways at {:.2} kPa of {:.2} kPa",
