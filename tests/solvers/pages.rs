@@ -53,7 +53,8 @@ fn program(path: &Path, line: &str) {
     fs::set_permissions(path, fs::Permissions::from_mode(0o755)).unwrap();
 }
 
-/// Tests all blocks of a page and returns what they printed. Runs without an end of their own end after `end` seconds.
+/// Tests all blocks of a page and returns what they printed. Runs end after `end` seconds, if that is given; on a page
+/// that resumes runs, those without an end of their own.
 fn run(page: &str, end: Option<&str>) -> String {
     let Some(python) = python() else {
         return String::new();
@@ -80,8 +81,13 @@ fn run(page: &str, end: Option<&str>) -> String {
     let fsi = env!("CARGO_BIN_EXE_fsi-driver");
     symlink(fsi, at("target/release/fsi-driver")).unwrap();
     let shorten = end.map_or(String::new(), |end| {
+        // An end of its own matters where the run goes on from there.
+        let own = match text.contains("--resume") {
+            true => "",
+            false => "n=$#; for w in \"$@\"; do [ \"$last\" != --end-time ] || w=$end; last=$w; set -- \"$@\" \"$w\"; done; shift $n",
+        };
         format!(
-            "case \" $* \" in *' --end-time '*) ;; *' --case '*) case $1 in --case|run) set -- \"$@\" --end-time {end};; esac;; esac; "
+            "end={end}; case \" $* \" in *' --end-time '*) {own};; *' --case '*) case $1 in --case|run) set -- \"$@\" --end-time $end;; esac;; esac; "
         )
     });
     program(

@@ -142,12 +142,12 @@ fn a_run_is_compared_with_measurements() {
         "across",
         "y / mm",
         "velocity along x / m/s",
-        "measured",
+        "reference",
         "run",
     ] {
         assert!(svg.contains(text), "{text}");
     }
-    // Measured, its lower and upper limit, and the run in the first panel; without limits in the others; and two names
+    // The reference, its lower and upper limit, and the run in the first panel; without limits in the others; and two names
     // in each legend.
     assert_eq!(svg.matches("<polyline").count(), 4 + 2 + 2 + 3 * 2);
 

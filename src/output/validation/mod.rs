@@ -48,7 +48,7 @@ impl Validation {
     /// root mean square of the difference, and in brackets its mean and how many points lie within what was measured.
     /// Shares are those of the largest measured value.
     pub fn summary(&self) -> PageTable {
-        let heads = ["measured", "points", "largest", "standard deviation"].map(str::to_owned);
+        let heads = ["series", "points", "largest", "standard deviation"].map(str::to_owned);
         let names = self.runs.iter().map(|run| run.name.clone());
         let mut table = PageTable::new(heads.into_iter().chain(names));
         for (i, series) in self.at_times() {
@@ -88,7 +88,7 @@ impl Validation {
             ));
         };
         let (scale, unit) = (largest(series), series.quantity.unit());
-        let heads = ["place".to_owned(), format!("measured / {unit}")];
+        let heads = ["place".to_owned(), format!("reference / {unit}")];
         let names = self.runs.iter().map(|run| format!("{} / {unit}", run.name));
         let mut table = PageTable::new(heads.into_iter().chain(names));
         let places = places(series);

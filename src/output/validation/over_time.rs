@@ -28,7 +28,7 @@ pub fn table(series: &[MeasuredSeries], runs: &[Computed], is_refined: bool) -> 
     let is_measured = rows.iter().any(|(_, _, (_, point))| !point.value.is_nan());
     let heads = ["over time", "unit"]
         .into_iter()
-        .chain(is_measured.then_some("measured"));
+        .chain(is_measured.then_some("reference"));
     let names = runs.iter().map(|run| run.name.as_str());
     let limit = is_refined.then_some("refined further");
     let mut table = PageTable::new(heads.chain(names).chain(limit));

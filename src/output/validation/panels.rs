@@ -23,7 +23,7 @@ pub fn of_points(i: usize, series: &MeasuredSeries, runs: &[Computed]) -> Panel 
     let points = &series.points;
     let mut curves = vec![Curve {
         marker: Some(Marker::Circle),
-        ..curve("measured", 0, &|j| Some(points[j].value))
+        ..curve("reference", 0, &|j| Some(points[j].value))
     }];
     curves.extend([0, 1].map(|end| Curve {
         open: true,
@@ -62,7 +62,7 @@ pub fn over_time(i: usize, series: &MeasuredSeries, runs: &[Computed]) -> Panel 
     let levels = measured_levels(series).into_iter().enumerate();
     let mut curves: Vec<Curve> = levels
         .map(|(j, level)| {
-            let name = if j == 0 { "measured" } else { "" };
+            let name = if j == 0 { "reference" } else { "" };
             curve(name, vec![(begin, level), (end, level)], 0, true)
         })
         .collect();
