@@ -147,8 +147,8 @@ fn a_run_is_compared_with_measurements() {
     ] {
         assert!(svg.contains(text), "{text}");
     }
-    // The reference, its lower and upper limit, and the run in the first panel; without limits in the others; and two names
-    // in each legend.
+    // The reference, its lower and upper limit, and the run in the first panel; without limits in the others; and two
+    // names in each legend.
     assert_eq!(svg.matches("<polyline").count(), 4 + 2 + 2 + 3 * 2);
 
     // The same table on a page.

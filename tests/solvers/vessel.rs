@@ -33,15 +33,15 @@ fn columns<const N: usize>(run: &Path, names: [&str; N]) -> Vec<[f64; N]> {
         .collect()
 }
 
-/// What flows in and not out is in the vessel, and every elastic section is a region. (The others run as their pages say:
-/// pages.rs.)
+/// What flows in and not out is in the vessel, and every elastic section is a region. (The other examples run as their
+/// pages say: pages.rs.)
 #[test]
 fn the_examples_of_vessels_run_with_either_fluid() {
     let folder = tempfile::tempdir().unwrap();
     let mut shares = Vec::new();
     for (name, expected) in EXAMPLES {
-        // Measured: at most 5e-10 and 5.1e-5. The adapter lets 5e-5 of what goes
-        // through the whole boundary be lost, which is a little more than the rate where parts of the wall move inward.
+        // Measured: at most 5e-10 and 5.1e-5. The adapter lets 5e-5 of what goes through the whole boundary be lost,
+        // which is a little more than the rate where parts of the wall move inward.
         let outflow = [("native", 3e-9), ("openfoam", 5.3e-5)].map(|(fluid, within)| {
             let out = folder.path().join(format!("{name}-{fluid}"));
             complete(example(name, &out, &["--fluid", fluid]));
