@@ -25,6 +25,7 @@ fn the_pages_say_what_the_stored_runs_say() {
         "docs/credibility.md",
         "docs/speed.md",
         "openfoam-case/elastic-tube/README.md",
+        "openfoam-case/slow-inflation/README.md",
         "openfoam-case/fda-nozzle/README.md",
         "openfoam-case/silicone-filament/README.md",
         "openfoam-case/single-arteries/README.md",
