@@ -39,8 +39,8 @@ const LEAST_ACCURATE: f64 = 1e-7;
 /// No solution is more accurate than this.
 const MOST_ACCURATE: f64 = 1e-11;
 /// Tolerance of the beat before the run. Mean wall shear in after two steps of the run, with 40 before: 0.4088 Pa
-/// with 1e-5, 0.4046 with this; 0.4047 with 1e-7 and 25, where 1e-6 leads to 0.4016. With 1e-5, which takes half of the
-/// iterations or less, H-0.0 is not periodic after 1.5 beats (means differ by 1.5e-3, with this by 2.7e-4).
+/// with 1e-5, 0.4046 with this; 0.4047 with 1e-7 and 25, where 1e-6 leads to 0.4016. With 1e-5 H-0.0, after
+/// 1,186 iterations, is not periodic within 1.5 beats (means differ by 1.5e-3, with this by 2.7e-4).
 const BEFORE: f64 = 1e-6;
 /// Most iterations of a solution.
 const MOST_ITERATIONS: usize = 400;
