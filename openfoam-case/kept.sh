@@ -30,6 +30,14 @@ keep() {
     cp "$1/summary.json" "$1/hemodynamics.json" "$2"
 }
 
+# complete_and_keep NAME OPTIONS...: the run FOLDER/NAME, now $run, with what keep copies in kept/NAME, now $kept
+complete_and_keep() {
+    kept=$case/kept/$1 name=$1
+    shift
+    complete "$out/$name" "$@"
+    keep "$run" "$kept"
+}
+
 # keep_last RUN KEPT: the last step of what it recorded at points
 keep_last() {
     for table in probes.csv fluid-probes.csv; do

@@ -9,11 +9,8 @@ set -eu
 
 # compute NAME OPTIONS...: with its probe at mid-length in kept/NAME
 compute() {
-    name=$1
-    shift
-    complete "$out/$name" "$@"
-    keep "$out/$name" "$case/kept/$name"
-    awk -F, 'NR == 1 || $2 == 0' "$out/$name/probes.csv" >"$case/kept/$name/probes.csv"
+    complete_and_keep "$@"
+    awk -F, 'NR == 1 || $2 == 0' "$run/probes.csv" >"$kept/probes.csv"
 }
 
 compute second-order --case $case/second-order.toml

@@ -8,11 +8,8 @@ set -eu
 
 # compute NAME OPTIONS...: the case in FOLDER/NAME, with its last step in kept/NAME
 compute() {
-    name=$1
-    shift
-    complete "$out/$name" --case $case "$@"
-    keep "$out/$name" $case/kept/$name
-    keep_last "$out/$name" $case/kept/$name
+    complete_and_keep "$@" --case $case
+    keep_last "$run" "$kept"
 }
 
 compute openfoam --set time.step_s=0.02

@@ -8,11 +8,8 @@ set -eu
 
 # compute NAME OPTIONS...: with its probe in kept/NAME
 compute() {
-    name=$1
-    shift
-    complete "$out/$name" --case $case "$@"
-    keep "$out/$name" "$case/kept/$name"
-    awk -F, 'NR == 1 || $1 > 9.99' "$out/$name/probes.csv" >"$case/kept/$name/probes.csv"
+    complete_and_keep "$@" --case $case
+    awk -F, 'NR == 1 || $1 > 9.99' "$run/probes.csv" >"$kept/probes.csv"
 }
 
 compute tolerance-1e-5

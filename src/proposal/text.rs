@@ -358,7 +358,7 @@ fn fast(input: &ProposalInput, numbers: &Numbers, text: &mut String) {
     };
     let _ = write!(
         text,
-        "ramp.duration_s = 0.0\ninitial.steps_before = {FAST_BEFORE} # the blood flows from the beginning, where 1.5 beats are mostly enough\n\
+        "ramp.duration_s = 0.0\ninitial.steps_before = {FAST_BEFORE} # the blood flows from the beginning: 1.5 beats are usually enough\n\
          windkessel.initial_pressure_Pa = {:e} # {:.0} mmHg, the pressure at the beginning of a beat\n",
         rounded(start),
         start / MMHG

@@ -81,7 +81,7 @@ fn run(page: &str, end: Option<&str>) -> String {
     let fsi = env!("CARGO_BIN_EXE_fsi-driver");
     symlink(fsi, at("target/release/fsi-driver")).unwrap();
     let shorten = end.map_or(String::new(), |end| {
-        // An end of its own matters where the run goes on from there.
+        // The end that a command gives matters where a later one resumes the run.
         let own = match text.contains("--resume") {
             true => "",
             false => "n=$#; for w in \"$@\"; do [ \"$last\" != --end-time ] || w=$end; last=$w; set -- \"$@\" \"$w\"; done; shift $n",

@@ -85,7 +85,7 @@ fn loaded_wall_starts_in_its_given_shape() {
     let loaded = ["initial.shape=loaded"];
     for (name, fluid) in [("native", &NATIVE[..]), ("openfoam", &[])] {
         let out = folder.path().join(name);
-        complete(run(&out, 2, &[&STILL, &loaded, fluid]));
+        complete(run(&out, 4, &[&STILL, &loaded, fluid]));
         let moved = column(&out, "max_displacement_m");
         println!("{name}: {moved:?}");
         assert!(moved.iter().all(|u| *u < 1e-10), "{name}: {moved:?}");
@@ -101,6 +101,11 @@ fn loaded_wall_starts_in_its_given_shape() {
         let series = std::fs::read_to_string(out.join("structure.pvd")).unwrap();
         assert!(series.contains("timestep=\"0\""), "{series}");
     }
+    let [straight, resumed] = ["straight", "resumed"].map(|kind| folder.path().join(kind));
+    complete(run(&straight, 4, &[&NATIVE, &loaded]));
+    complete(run(&resumed, 2, &[&NATIVE, &loaded]));
+    complete(run(&resumed, 4, &[&NATIVE, &loaded, &["--resume"]]));
+    assert_same_run(&resumed, &straight);
 }
 
 /// Tissue that is at rest in the given shape, across and along, each with its own stiffness.

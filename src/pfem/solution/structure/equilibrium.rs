@@ -31,8 +31,8 @@ impl Structure {
         pressure: f64,
         moved: Option<&[f64]>,
     ) -> Result<Vec<f64>, SolidError> {
-        // The way does not matter, and each step costs four iterations or five. In one step a wall that loses its
-        // stability is more likely to end in another equilibrium.
+        // The way does not matter. S-0.25 takes 12 iterations in two steps, 16 in four, and 9 in one, but in one step a
+        // wall that loses its stability is more likely to end in another equilibrium.
         let options = StaticOptions {
             steps: 2,
             tolerance_on_the_way: 1e-2,
