@@ -91,6 +91,7 @@ fn main() {
             density: 1100.0,
             damping: 0.01,
             time_scheme: TimeScheme::default(),
+            load: LoadKind::default(),
             newton: NewtonOptions::default(),
             wet_surface: "inner".into(),
             supports: held.to_vec(),

@@ -40,7 +40,7 @@ def find_mdbook():
     tools = ROOT / "target/tools"
     program = tools / "bin/mdbook"
     if not program.is_file():
-        install = ["cargo", "install", "mdbook", "--version", MDBOOK, "--locked", "--no-default-features", "--features", "search"]
+        install = ["cargo", "install", "mdbook", "--version", MDBOOK, "--locked", "--no-default-features", "--features", "search", "--debug"]
         run(*install, "--quiet", "--root", str(tools))
     return str(program)
 

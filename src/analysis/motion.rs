@@ -2,6 +2,7 @@
 
 use super::tube::Tube;
 use crate::pfem::discretization::Options;
+use crate::pfem::element::surface::LoadKind;
 use crate::pfem::solution::newton::NewtonOptions;
 use crate::pfem::solution::statics::StaticOptions;
 use crate::pfem::solution::structure::State;
@@ -91,6 +92,7 @@ impl<'a> TubeMotion<'a> {
                 density: dynamics.density,
                 damping: dynamics.damping,
                 time_scheme: TimeScheme::default(),
+                load: LoadKind::default(),
                 newton: NewtonOptions::default(),
                 wet_surface: "inner".into(),
                 supports: tube.supports.clone(),

@@ -9,6 +9,7 @@ use fsi_coupling::acceleration::AccelerationModel;
 use fsi_coupling::convergence::ConvergenceQuantity;
 use fsi_coupling::predictor::Extrapolation;
 use fsi_pfem::Formulation;
+use fsi_pfem::element::surface::LoadKind;
 use fsi_pfem::solution::time_scheme::TimeScheme;
 pub use fsi_spectral::TimeScheme as FluidTimeScheme;
 use std::path::PathBuf;
@@ -119,6 +120,8 @@ table! {
             "volume ratio used in the wall's volumetric energy", absent "mixed";
         time_scheme: TimeScheme = "time_scheme", ValueKind::Word(TimeScheme::WORDS), "time integration of the wall",
             absent "newmark";
+        load: LoadKind = "load", ValueKind::Word(LoadKind::WORDS), "area of the wall on which blood and surroundings press",
+            absent "follower";
         newton_tolerance: f64 = "newton_tolerance", from(1e-14, 0.1), "relative residual at which Newton's method stops";
         newton_max_iterations: usize = "newton_max_iterations", whole(1, 1000), "most Newton iterations";
     }

@@ -160,6 +160,8 @@ impl Absent for fsi_coupling::convergence::ConvergenceQuantity {}
 
 impl Absent for fsi_pfem::Formulation {}
 
+impl Absent for fsi_pfem::element::surface::LoadKind {}
+
 impl Absent for fsi_pfem::solution::time_scheme::TimeScheme {}
 
 impl<T> Absent for Option<T> {

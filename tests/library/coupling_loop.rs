@@ -130,6 +130,7 @@ pub fn coupled<F: Fluid>(fluid: F) -> Coupling<F, Structure> {
         density: case.wall.density,
         damping: 0.0,
         time_scheme: case.structure.time_scheme,
+        load: case.structure.load,
         newton: NewtonOptions::default(),
         wet_surface: "inner".into(),
         supports: ["start", "end"]

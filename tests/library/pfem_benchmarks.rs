@@ -4,6 +4,7 @@ use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::{HexFace, HexMesh, HexShape};
 use fsi_driver::pfem::discretization::{Discretization, Options};
+use fsi_driver::pfem::element::surface::LoadKind;
 use fsi_driver::pfem::mesh::block_mesh;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::statics::{self, Load, StaticOptions};
@@ -152,6 +153,7 @@ fn swing(dt: f64, end: f64) -> Swing {
         density: 1000.0,
         damping: 0.0,
         time_scheme: TimeScheme::Newmark,
+        load: LoadKind::default(),
         newton: NewtonOptions::default(),
         wet_surface: "sides".into(),
         supports: supports(),
@@ -241,6 +243,7 @@ fn a_weight_grows_by_half_a_cosine() {
         density: 1000.0,
         damping: 0.0,
         time_scheme: TimeScheme::ImplicitEuler,
+        load: LoadKind::default(),
         newton: NewtonOptions::default(),
         wet_surface: "end".into(),
         supports: vec![Support::Clamped("start".into())],

@@ -5,6 +5,7 @@ use fsi_driver::Vec3;
 use fsi_driver::case::Material;
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::Options;
+use fsi_driver::pfem::element::surface::LoadKind;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::structure::State;
 use fsi_driver::pfem::solution::time_scheme::TimeScheme;
@@ -17,6 +18,7 @@ fn options(p: usize, damping: f64) -> StructureOptions {
         density: 1100.0,
         damping,
         time_scheme: TimeScheme::Newmark,
+        load: LoadKind::default(),
         newton: NewtonOptions::default(),
         wet_surface: "inner".into(),
         supports: vec![
@@ -86,6 +88,49 @@ fn energy_of_a_free_vibration_is_conserved() {
     );
 }
 
+/// With linear elasticity and loads on the reference area, displacements are proportional to the pressure, in motion and
+/// in equilibrium; a pressure on the deformed area widens the tube more.
+#[test]
+fn a_load_on_the_reference_area_leaves_a_linear_wall_linear() {
+    let mesh = tube_mesh(5e-3, &[1e-3], 2e-2, 2, 4, 1);
+    let material = Material::LinearElastic {
+        youngs_modulus: 3e5,
+        poisson_ratio: 0.3,
+    };
+    let states = |load, pressure| {
+        let options = StructureOptions {
+            load,
+            ..options(2, 0.0)
+        };
+        let mut structure =
+            Structure::new(&mesh, std::slice::from_ref(&material), &options).unwrap();
+        let at_rest = structure.equilibrium(pressure, None).unwrap();
+        let load = SurfaceLoad::uniform_pressure(pressure, structure.wet_points().len());
+        for _ in 0..3 {
+            let trial = structure.solve(&load, 1e-4, 1e-12, None).unwrap();
+            structure.accept(trial);
+        }
+        [at_rest, structure.state().d.clone()]
+    };
+    for (kind, least, most) in [
+        (LoadKind::Dead, 0.0, 1e-9),
+        (LoadKind::Follower, 0.003, 0.02),
+    ] {
+        let [small, large] = [1.0, 1e3].map(|pressure| states(kind, pressure));
+        for (small, large) in small.iter().zip(large) {
+            let size = large.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+            let pairs = small.iter().zip(&large);
+            let difference = pairs.map(|(s, l)| (1e3 * s - l).abs() / size);
+            let difference = difference.fold(0.0, f64::max);
+            println!("{kind}: {size:e} m, {difference:e} of it is not linear");
+            assert!(
+                (least..=most).contains(&difference),
+                "{kind}: {difference:e}"
+            );
+        }
+    }
+}
+
 #[test]
 fn damping_takes_energy_at_its_rate() {
     // Mass-proportional damping α takes α of the energy per time: half of it is kinetic on average.
@@ -120,6 +165,7 @@ fn implicit_euler_damps_a_vibration_as_theory_says() {
     // Each step divides the energy of x'' = -omega² x by 1 + (omega dt)²: 24 steps per period.
     let options = StructureOptions {
         time_scheme: TimeScheme::ImplicitEuler,
+        load: LoadKind::default(),
         ..options(2, 0.0)
     };
     let (first, last, _) = vibrate(tube_with(4, &options), 1);
@@ -136,6 +182,7 @@ fn implicit_euler_damps_a_vibration_as_theory_says() {
 fn damped_newmark_damps_a_vibration_as_one_degree_of_freedom() {
     let options = StructureOptions {
         time_scheme: TimeScheme::DampedNewmark,
+        load: LoadKind::default(),
         ..options(2, 0.0)
     };
     let (first, last, _) = vibrate(tube_with(4, &options), 1);
@@ -160,6 +207,7 @@ fn damped_newmark_damps_a_vibration_as_one_degree_of_freedom() {
 fn bossaks_method_damps_a_vibration_as_one_degree_of_freedom() {
     let options = StructureOptions {
         time_scheme: TimeScheme::Bossak,
+        load: LoadKind::default(),
         ..options(2, 0.0)
     };
     let (first, last, _) = vibrate(tube_with(4, &options), 1);
@@ -339,6 +387,7 @@ fn inflate(peak: f64, newton: NewtonOptions, tolerance: f64, resumed: Option<usi
     let options = StructureOptions {
         newton,
         time_scheme: TimeScheme::ImplicitEuler,
+        load: LoadKind::default(),
         ..options(3, 0.01)
     };
     let new = || Structure::new(&mesh, &artery(), &options).unwrap();

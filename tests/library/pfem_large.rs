@@ -5,6 +5,7 @@ use crate::pfem_support::artery;
 use fsi_driver::case::{Case, Material, Preset};
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::discretization::Options;
+use fsi_driver::pfem::element::surface::LoadKind;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::stability::AtBifurcation;
 use fsi_driver::pfem::solution::statics::StaticOptions;
@@ -27,6 +28,7 @@ fn options(large: f64, supports: Vec<Support>) -> StructureOptions {
         density: 1100.0,
         damping: 0.01,
         time_scheme: TimeScheme::Newmark,
+        load: LoadKind::default(),
         newton: NewtonOptions::default(),
         wet_surface: "inner".into(),
         supports,

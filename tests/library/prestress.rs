@@ -3,6 +3,7 @@
 use fsi_driver::case::{Case, Material, Preset};
 use fsi_driver::geometry::tube_mesh;
 use fsi_driver::pfem::element::mapping::MappingKind;
+use fsi_driver::pfem::element::surface::LoadKind;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::time_scheme::TimeScheme;
 use fsi_driver::pfem::supports::{Direction, Foundation, PressureAround, Profile, Support};
@@ -37,6 +38,7 @@ fn tube(prestretch: f64) -> Structure {
         density: 1100.0,
         damping: 0.0,
         time_scheme: TimeScheme::default(),
+        load: LoadKind::default(),
         newton: NewtonOptions::default(),
         wet_surface: "inner".into(),
         supports: vec![

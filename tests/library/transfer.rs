@@ -43,6 +43,7 @@ fn plate(elements: [usize; 2], degree: usize) -> Structure {
         density: 1000.0,
         damping: 0.0,
         time_scheme: Default::default(),
+        load: Default::default(),
         newton: NewtonOptions::default(),
         wet_surface: fsi_driver::geometry::WET.into(),
         supports: vec![Support::Clamped(fsi_driver::geometry::WET.into())],

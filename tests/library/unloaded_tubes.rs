@@ -6,6 +6,7 @@ use crate::pfem_support::radial::{self, Loading};
 use fsi_driver::case::Material;
 use fsi_driver::geometry::{HexMesh, tube_mesh};
 use fsi_driver::pfem::element::mapping::MappingKind;
+use fsi_driver::pfem::element::surface::LoadKind;
 use fsi_driver::pfem::solution::newton::NewtonOptions;
 use fsi_driver::pfem::solution::time_scheme::TimeScheme;
 use fsi_driver::pfem::supports::{AtRest, Foundation, Profile, Support, sliding_radially};
@@ -29,6 +30,7 @@ fn ring(layers: &[(f64, Material)], tissue: Option<Foundation>) -> (Structure, H
         density: 1100.0,
         damping: 0.0,
         time_scheme: TimeScheme::default(),
+        load: LoadKind::default(),
         newton: NewtonOptions::default(),
         wet_surface: "inner".into(),
         supports: ends

@@ -3,6 +3,7 @@
 use crate::benchmark_support::run;
 use crate::benchmark_support::waves::{Rates, Tube, harmonics, wave_number, without};
 use nalgebra::Complex;
+use std::path::Path;
 
 /// That of the case.
 const TUBE: Tube = Tube {
@@ -81,12 +82,51 @@ fn check(dt: f64, settings: &[&str], measured: [f64; 2]) {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     run("womersley-thick", &out, &[&["--set"], settings].concat());
-    let pressures = harmonics(&out.join("fluid-probes.csv"), dt, PERIOD);
-    let [exact, of_the_wall] = exact(&TUBE, Rates::of_steps(PERIOD, dt));
-    let found = wave_number(&without(&pressures, of_the_wall, SPACING), SPACING);
-    let errors = [exact.im / found.im - 1.0, found.re / exact.re - 1.0];
+    let [exact, found] = waves(&out, dt);
+    let errors = errors(exact, found);
     println!("found {found}, exact {exact}, speed and attenuation differ by {errors:?}");
     for (error, measured) in errors.into_iter().zip(measured) {
         assert!((error - measured).abs() < 3e-4, "{errors:?}");
     }
+}
+
+/// γ of the pressure's wave: the exact one for these steps, and that of a run's last period.
+fn waves(out: &Path, dt: f64) -> [Complex<f64>; 2] {
+    let pressures = harmonics(&out.join("fluid-probes.csv"), dt, PERIOD);
+    let [exact, of_the_wall] = exact(&TUBE, Rates::of_steps(PERIOD, dt));
+    let found = wave_number(&without(&pressures, of_the_wall, SPACING), SPACING);
+    [exact, found]
+}
+
+/// By which parts speed and attenuation of a wave differ from those of the exact one.
+fn errors(exact: Complex<f64>, found: Complex<f64>) -> [f64; 2] {
+    [exact.im / found.im - 1.0, found.re / exact.re - 1.0]
+}
+
+/// The table of the case's page is that of its kept runs.
+#[test]
+fn the_page_has_the_waves_of_the_kept_runs() {
+    let case = Path::new(env!("CARGO_MANIFEST_DIR")).join("openfoam-case/womersley-thick");
+    let row = |steps: &str, of: &str, wave: Complex<f64>, errors: [String; 2]| {
+        let [speed, attenuation] = [std::f64::consts::TAU / PERIOD / wave.im, wave.re];
+        let [speed_error, attenuation_error] = errors;
+        format!(
+            "| {steps} | {of} | {speed:.4}{speed_error} | {attenuation:.4}{attenuation_error} |\n"
+        )
+    };
+    let none = || [String::new(), String::new()];
+    let [gamma, _] = exact(&TUBE, Rates::exact(PERIOD));
+    let mut table = row("∞", "exact", gamma, none());
+    for (steps, of, kept) in [
+        ("40", "computed", "40-steps"),
+        ("16", "computed on a coarse mesh", "16-steps"),
+    ] {
+        let dt = PERIOD / steps.parse::<f64>().unwrap();
+        let [exact, found] = waves(&case.join("kept").join(kept), dt);
+        let shares = errors(exact, found).map(|e| format!(" ({:+.2} %)", 100.0 * e));
+        table += &row(steps, "exact for these steps", exact, none());
+        table += &row(steps, of, found, shares);
+    }
+    let page = std::fs::read_to_string(case.join("README.md")).unwrap();
+    assert!(page.contains(&table), "the page should have\n{table}");
 }

@@ -5,6 +5,7 @@ use crate::{
     BloodVessel, Case, GivenShape, InletEnd, Shape, Solver, Start, SurrogateModel, TissueDirection,
     VesselEnd, VesselSide,
 };
+use fsi_pfem::element::surface::LoadKind;
 
 pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) {
     match &vessel.shape {
@@ -28,6 +29,13 @@ pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) 
         vessel.given_shape() == GivenShape::Loaded && vessel.start() != Start::Equilibrium,
         "a shape that is given under pressure needs a start under that pressure: write initial.start = \"equilibrium\", and \
          that pressure into initial.pressure_Pa"
+            .into(),
+    );
+    report(
+        &["structure.load", "initial.shape"],
+        case.structure.load == LoadKind::Dead && vessel.given_shape() == GivenShape::Loaded,
+        "a load on the reference area is for small displacements, and a shape that is given under pressure has none of its \
+         own: leave out structure.load, or give the wall unloaded"
             .into(),
     );
     let flows = case.steps_before().is_some();

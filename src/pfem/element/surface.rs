@@ -24,9 +24,10 @@ use std::collections::HashMap;
 
 words! {
     /// The area on which a load acts.
+    #[derive(Default)]
     pub enum LoadKind {
         /// Per deformed area; pressure follows the deformed normal.
-        Follower = "follower",
+        Follower = "follower" (default),
         /// Per reference area; pressure keeps the reference normal.
         Dead = "dead",
     }

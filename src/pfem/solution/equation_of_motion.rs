@@ -87,6 +87,8 @@ pub struct EquationOfMotion {
     pub damping: f64,
     /// How velocity and acceleration follow from the displacement.
     pub time_scheme: TimeScheme,
+    /// The area on which pressures and shear act.
+    pub load: LoadKind,
     /// Norm of the residual below which it is round-off, N.
     pub floor: f64,
 }
@@ -114,8 +116,11 @@ impl EquationOfMotion {
         at: &Linearization,
         motion: Option<&Motion>,
     ) -> Result<Vec<f64>, SolidError> {
-        let mut following = vec![(&self.wet, &at.load)];
-        following.extend(self.outer.as_ref().map(|(surface, load)| (surface, load)));
+        let mut following = Vec::new();
+        if self.load == LoadKind::Follower {
+            following.push((&self.wet, &at.load));
+            following.extend(self.outer.as_ref().map(|(surface, load)| (surface, load)));
+        }
         (self.body).moving_tangent(&at.d, at.linearized_at.as_deref(), &following, motion)
     }
 
@@ -154,6 +159,23 @@ impl EquationOfMotion {
         let mut acceleration = body.restrict(&weight.at(0.0));
         body.factorize(&values)?.solve(&mut acceleration)?;
         Ok(body.moved(&still, &acceleration, 1.0))
+    }
+
+    /// Weight at the time `t` (s), pressures on surfaces and viscous resistance, N.
+    fn external_forces(&self, t: f64, load: &SurfaceLoad, d: &[f64], v: &[f64]) -> Vec<f64> {
+        let mut external = match &self.weight {
+            Some(weight) => weight.at(t),
+            None => vec![0.0; d.len()],
+        };
+        let outer = self.outer.as_ref().map(|(surface, load)| (surface, load));
+        for (surface, load) in std::iter::once((&self.wet, load)).chain(outer) {
+            surface.add_forces(&self.body.numbering, d, load, self.load, &mut external);
+        }
+        if let Some(resistance) = self.body.viscous_forces(d, v) {
+            let pairs = external.iter_mut().zip(resistance);
+            pairs.for_each(|(force, resistance)| *force -= resistance);
+        }
+        external
     }
 
     /// Assembles the tangent and factorizes it, unless it is `cancelled`.
@@ -212,25 +234,6 @@ impl TimeStep<'_> {
     }
 }
 
-/// Weight, pressures on surfaces and viscous resistance, N.
-fn external_forces(
-    body: &Discretization,
-    weight: Option<Vec<f64>>,
-    pressures: &[Option<(&Surface, &SurfaceLoad)>],
-    d: &[f64],
-    v: &[f64],
-) -> Vec<f64> {
-    let mut external = weight.unwrap_or_else(|| vec![0.0; d.len()]);
-    for (surface, load) in pressures.iter().flatten() {
-        surface.add_forces(&body.numbering, d, load, LoadKind::Follower, &mut external);
-    }
-    if let Some(resistance) = body.viscous_forces(d, v) {
-        let pairs = external.iter_mut().zip(resistance);
-        pairs.for_each(|(force, resistance)| *force -= resistance);
-    }
-    external
-}
-
 impl Equilibrium for TimeStep<'_> {
     fn residual(
         &self,
@@ -238,24 +241,22 @@ impl Equilibrium for TimeStep<'_> {
         kept: Option<&KeptTangent>,
         before: Option<&Residual>,
     ) -> Result<Residual, SolidError> {
+        let &Self {
+            equation,
+            end,
+            load,
+            ..
+        } = self;
         let EquationOfMotion {
             body,
-            wet,
-            outer,
-            weight,
             mass_matrix,
             damping,
             floor,
             ..
-        } = self.equation;
+        } = equation;
         let (v, a) = self.rates(d);
-        let a = self.equation.time_scheme.balanced(self.old, a);
+        let a = equation.time_scheme.balanced(self.old, a);
         let rates: Vec<f64> = a.iter().zip(&v).map(|(a, v)| a + damping * v).collect();
-        let pressures = [
-            Some((wet, self.load)),
-            outer.as_ref().map(|(s, load)| (s, load)),
-        ];
-        let weight = weight.as_ref().map(|weight| weight.at(self.end));
         let known = self.known_forces(d);
         let is_new = known.is_none();
         let (internal, (inertia, external)) = rayon::join(
@@ -272,7 +273,7 @@ impl Equilibrium for TimeStep<'_> {
             },
             || {
                 let inertia = mass_matrix.multiply(&rates);
-                let external = external_forces(body, weight, &pressures, d, &v);
+                let external = equation.external_forces(end, load, d, &v);
                 (body.restrict(&inertia), body.restrict(&external))
             },
         );

@@ -14,7 +14,7 @@
 mod equilibrium;
 
 use super::super::discretization::{self, Discretization};
-use super::super::element::surface::Surface;
+use super::super::element::surface::{LoadKind, Surface};
 use super::super::evaluation::locate::{Location, Locator};
 use super::super::evaluation::samples;
 use super::super::solid::{Solid, SolidError, StressPeak, SurfaceLoad, SurfacePoint};
@@ -54,6 +54,8 @@ pub struct StructureOptions {
     pub damping: f64,
     /// Time integration.
     pub time_scheme: TimeScheme,
+    /// The area on which pressures and shear act.
+    pub load: LoadKind,
     /// Newton's method.
     pub newton: NewtonOptions,
     /// Surface that carries the load.
@@ -215,6 +217,7 @@ impl Structure {
             density: options.density,
             damping: options.damping,
             time_scheme: options.time_scheme,
+            load: options.load,
             body,
         };
         Self::unmoved(equation, locator, options.newton, given)
@@ -244,6 +247,7 @@ impl Structure {
             density: old.density,
             damping: old.damping,
             time_scheme: old.time_scheme,
+            load: old.load,
             body,
         };
         let given = Given {

@@ -534,6 +534,7 @@ pub fn structure(case: &Case, domain: &Domain) -> Result<Structure, SolidError> 
         density: case.wall.density,
         damping: case.wall.damping,
         time_scheme: settings.time_scheme,
+        load: settings.load,
         newton: NewtonOptions {
             max_iterations: settings.newton_max_iterations,
             ..NewtonOptions::default()

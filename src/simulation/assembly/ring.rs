@@ -189,6 +189,7 @@ impl Ring {
             density: case.wall.density,
             damping: 0.0,
             time_scheme: case.structure.time_scheme,
+            load: case.structure.load,
             newton: NewtonOptions::default(),
             wet_surface: "inner".into(),
             supports: ring_supports(keys, &vessel, middle),

@@ -110,7 +110,7 @@ impl Structure {
                 surface,
                 before,
                 values,
-                kind: LoadKind::Follower,
+                kind: self.equation.load,
             })
             .collect()
     }

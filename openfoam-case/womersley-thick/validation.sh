@@ -1,0 +1,20 @@
+#!/bin/sh
+# Waves in a tube with a thick wall: openfoam-case/womersley-thick/validation.sh FOLDER
+#
+# Ten minutes on two cores. What has been computed in FOLDER is kept, so the same line goes on where it ended. In the
+# end the pressures of the last period are copied to openfoam-case/womersley-thick/kept. The page's table is made of
+# these by tests/solvers/benchmark_womersley_thick.rs, which prints it where the page has another one.
+set -eu
+. "$(dirname "$0")/../kept.sh"
+
+# compute NAME FROM OPTIONS...: with the pressures from then on (s) in kept/NAME
+compute() {
+    name=$1 from=$2
+    shift 2
+    complete_and_keep "$name" --case $case "$@"
+    awk -F, -v from="$from" 'NR == 1 || $1 > from' "$run/fluid-probes.csv" >"$kept/fluid-probes.csv"
+}
+
+compute 40-steps 0.499
+compute 16-steps 0.399 --end-time 0.5 \
+    --set time.step_s=0.00625 structure.p=3 structure.axial_per_section=4 fluid.native.axial_per_section=4
