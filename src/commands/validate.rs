@@ -6,8 +6,8 @@ use crate::output::validation::Validation;
 use std::path::PathBuf;
 
 /// What the cells of a run say.
-const LEGEND: &str = "of each run: root mean square of its difference from what was measured (mean; points between the lowest and the highest \
-                      measured value), as a share of the largest measured value of the series";
+const LEGEND: &str = "of each run: root mean square of its difference from the reference (mean; points between the lowest and the highest \
+                      value, where several were measured), as a share of the largest reference value of the series";
 
 /// Options of the comparison with an experiment.
 #[derive(Debug, clap::Args)]

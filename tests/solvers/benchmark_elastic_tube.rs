@@ -69,8 +69,9 @@ fn second_order_does_not_damp_the_pulse() {
     check_case(case, &coarse, 1.5536e-4, 7.1e-3, 4.89);
 }
 
-/// Linear elasticity widens the tube by 1.3e-3 less than Saint Venant-Kirchhoff's law does where the front has just
-/// come: 4.8338e-5 m with the same steps and meshes.
+/// Linear elasticity with its loads on the reference area widens the tube by 3.5e-3 less than Saint Venant-Kirchhoff's
+/// law does where the front has just come: 4.8338e-5 m with the same steps and meshes. With loads on the deformed area,
+/// 4.8274e-5 m.
 #[test]
 fn a_linear_wall_has_a_law_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
@@ -87,7 +88,7 @@ fn a_linear_wall_has_a_law_of_its_own() {
     ];
     run("elastic-tube/linear-wall.toml", &out, &coarse);
     let found = probes(&out)[0].last().unwrap()[2];
-    assert!((found / 4.8274e-5 - 1.0).abs() < 2e-4, "{found:e}");
+    assert!((found / 4.8169e-5 - 1.0).abs() < 2e-4, "{found:e}");
 }
 
 #[test]

@@ -144,6 +144,11 @@ fn run(page: &str, end: Option<&str>) -> String {
             .unwrap();
         let said = crate::run_support::text(&output);
         assert!(output.status.success(), "{page}:\n{}\n{said}", block.text);
+        // Tables made from kept runs.
+        if block.text.contains("/kept/") {
+            let rows = said.lines().filter(|line| line.starts_with('|'));
+            rows.for_each(|row| assert!(text.contains(row), "{page} should have\n{said}"));
+        }
         printed += &said;
     }
     printed

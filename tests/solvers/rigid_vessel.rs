@@ -281,7 +281,7 @@ fn womersleys_profile_enters_under_its_pressure() {
         let found = profile_errors(
             &case,
             &under_pressure(&case),
-            4,
+            3,
             &[&[step], &NATIVE[..]].concat(),
         );
         println!("{step}: {found:?}");
@@ -296,9 +296,9 @@ fn womersleys_profile_enters_under_its_pressure() {
 fn womersleys_profile_enters_under_its_pressure_with_openfoam() {
     let folder = tempfile::tempdir().unwrap();
     let openfoam = ["time.scheme=bdf2", "structure.axial_per_section=1"];
-    let found = profile_errors(folder.path(), &under_pressure(folder.path()), 4, &openfoam);
+    let found = profile_errors(folder.path(), &under_pressure(folder.path()), 3, &openfoam);
     println!("{found:?}");
-    for (found, measured) in found.into_iter().zip([0.0401, 0.0390, 0.0390]) {
+    for (found, measured) in found.into_iter().zip([0.0413, 0.0401, 0.0400]) {
         assert!((found / measured - 1.0).abs() < 0.05, "{found:e}");
     }
 }
