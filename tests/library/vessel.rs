@@ -321,6 +321,8 @@ const MISTAKES: &[(&str, &str, &str, &str)] = &[
     ("extends", "initial.axial_stretch = 1.1\nextends", "initial.axial_stretch", "its stretched shape must be the given one"),
     ("extends", "initial.axial_stretch = 1.1\ninitial.shape = \"loaded\"\ninitial.start = \"equilibrium\"\nsurroundings.spring_Pa_m = 1e6\nextends",
         "initial.axial_stretch", "surroundings.at_rest = \"loaded\""),
+    ("extends", "structure.load = \"dead\"\ninitial.shape = \"loaded\"\ninitial.start = \"equilibrium\"\nextends", "structure.load",
+        "leave out structure.load, or give the wall unloaded"),
     ("extends", "geometry.graft_length_m = 0.03\nextends", "geometry.graft_length_m", "a case with the table [vessel] has no such key"),
     ("extends", "surroundings.axial_spring_Pa_m = 1e6\nsurroundings.direction = \"all\"\nextends", "surroundings.axial_spring_Pa_m", "resists displacements along the axis already"),
 ];
