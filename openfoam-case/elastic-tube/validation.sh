@@ -29,7 +29,7 @@ compute implicit-euler --case $case --fluid native --end-time 0.0095 --set fluid
 # One thing at a time: half the step, and blood and wall refined together.
 to_the_peak="--case $case/second-order.toml --end-time 0.0076"
 compute step-1e-4 $to_the_peak --set time.step_s=1e-4
-compute_with_pressures step-5e-5 $to_the_peak --set time.step_s=5e-5
+compute_with_pressures step-5e-5 --case $case/second-order.toml --set time.step_s=5e-5
 compute coarse $to_the_peak --set time.step_s=1e-4 structure.p=3 fluid.native.radial=3 fluid.native.axial_per_section=5
 compute fine $to_the_peak --set time.step_s=1e-4 structure.p=5 structure.axial_per_section=12 \
     fluid.native.radial=9 fluid.native.axial_per_section=15
