@@ -40,8 +40,9 @@ def find_mdbook():
     tools = ROOT / "target/tools"
     program = tools / "bin/mdbook"
     if not program.is_file():
-        install = ["cargo", "install", "mdbook", "--version", MDBOOK, "--locked", "--no-default-features", "--features", "search", "--debug"]
-        run(*install, "--quiet", "--root", str(tools))
+        install = ["cargo", "install", "mdbook", "--version", MDBOOK, "--locked", "--no-default-features", "--features", "search"]
+        # Compiling it takes longer than all that it is used for: without optimization.
+        run(*install, "--debug", "--quiet", "--root", str(tools))
     return str(program)
 
 

@@ -7,14 +7,14 @@
 set -eu
 . "$(dirname "$0")/../kept.sh"
 
-# compute NAME FROM OPTIONS...: with the pressures from then on (s) in kept/NAME
+# compute FROM NAME OPTIONS...: with the pressures from then on (s) in kept/NAME
 compute() {
-    name=$1 from=$2
-    shift 2
-    complete_and_keep "$name" --case $case "$@"
+    from=$1
+    shift
+    complete_and_keep "$@" --case $case
     awk -F, -v from="$from" 'NR == 1 || $1 > from' "$run/fluid-probes.csv" >"$kept/fluid-probes.csv"
 }
 
-compute 40-steps 0.499
-compute 16-steps 0.399 --end-time 0.5 \
+compute 0.499 40-steps
+compute 0.399 16-steps --end-time 0.5 \
     --set time.step_s=0.00625 structure.p=3 structure.axial_per_section=4 fluid.native.axial_per_section=4

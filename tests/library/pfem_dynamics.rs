@@ -165,7 +165,6 @@ fn implicit_euler_damps_a_vibration_as_theory_says() {
     // Each step divides the energy of x'' = -omega² x by 1 + (omega dt)²: 24 steps per period.
     let options = StructureOptions {
         time_scheme: TimeScheme::ImplicitEuler,
-        load: LoadKind::default(),
         ..options(2, 0.0)
     };
     let (first, last, _) = vibrate(tube_with(4, &options), 1);
@@ -182,7 +181,6 @@ fn implicit_euler_damps_a_vibration_as_theory_says() {
 fn damped_newmark_damps_a_vibration_as_one_degree_of_freedom() {
     let options = StructureOptions {
         time_scheme: TimeScheme::DampedNewmark,
-        load: LoadKind::default(),
         ..options(2, 0.0)
     };
     let (first, last, _) = vibrate(tube_with(4, &options), 1);
@@ -207,7 +205,6 @@ fn damped_newmark_damps_a_vibration_as_one_degree_of_freedom() {
 fn bossaks_method_damps_a_vibration_as_one_degree_of_freedom() {
     let options = StructureOptions {
         time_scheme: TimeScheme::Bossak,
-        load: LoadKind::default(),
         ..options(2, 0.0)
     };
     let (first, last, _) = vibrate(tube_with(4, &options), 1);
@@ -387,7 +384,6 @@ fn inflate(peak: f64, newton: NewtonOptions, tolerance: f64, resumed: Option<usi
     let options = StructureOptions {
         newton,
         time_scheme: TimeScheme::ImplicitEuler,
-        load: LoadKind::default(),
         ..options(3, 0.01)
     };
     let new = || Structure::new(&mesh, &artery(), &options).unwrap();

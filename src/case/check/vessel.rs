@@ -34,8 +34,8 @@ pub(super) fn check(case: &Case, vessel: &BloodVessel, report: &mut Report<'_>) 
     report(
         &["structure.load", "initial.shape"],
         case.structure.load == LoadKind::Dead && vessel.given_shape() == GivenShape::Loaded,
-        "a load on the reference area is for small displacements, and a shape that is given under pressure has none of its \
-         own: leave out structure.load, or give the wall unloaded"
+        "a dead load acts on the area of the unloaded wall, which is not known where the shape is given under pressure: \
+         leave out structure.load, or give the wall unloaded"
             .into(),
     );
     let flows = case.steps_before().is_some();
