@@ -1,7 +1,9 @@
-"""Compares the last beat of a run with the published curves at mid-length: python3 compare.py RUN [carotid|aorta].
+"""Compares the last beat of a run with the published curves at mid-length, or with another run:
+
+    python3 compare.py RUN carotid|aorta [OTHER]
 
 Prints a table in Markdown. Root mean squares over the beat, and differences of the largest values, are shares of the
-largest published value.
+largest published (or the other run's) value.
 """
 
 import csv
@@ -58,18 +60,27 @@ def from_least(values):
     return [value - min(values) for value in values]
 
 
+def published(vessel, kind):
+    """Times and values of the published quantities, in the order of those of a run."""
+    keys = ["t_s", "p_kPa", "Q_ml_s", "dr_mm"] + (["dp_in_out_kPa"] if kind == "3d" else [])
+    times, *found = rows(HERE / f"{vessel}-{kind}.csv", keys)
+    found[2] = from_least(found[2])
+    later = LATER.get((vessel, kind), 0.0)
+    return [([t - later for t in times], values) for values in found]
+
+
 def main():
-    run = pathlib.Path(sys.argv[1])
-    vessel = sys.argv[2] if len(sys.argv) > 2 else "carotid"
-    ours = computed(run, PERIOD[vessel])
-    print("| | here | published | rms | largest |\n| --- | --- | --- | --- | --- |")
-    for kind in ("3d", "1d"):
-        keys = ["t_s", "p_kPa", "Q_ml_s", "dr_mm"] + (["dp_in_out_kPa"] if kind == "3d" else [])
-        times, *published = rows(HERE / f"{vessel}-{kind}.csv", keys)
-        published[2] = from_least(published[2])
-        for (name, (when, values)), theirs in zip(ours.items(), published):
-            later = LATER.get((vessel, kind), 0.0)
-            pairs = [(v, at(t + later, times, theirs, PERIOD[vessel])) for t, v in zip(when, values)]
+    run, vessel, *other = sys.argv[1:]
+    period = PERIOD[vessel]
+    ours = computed(pathlib.Path(run), period)
+    if other:
+        references = {pathlib.Path(other[0]).name: computed(pathlib.Path(other[0]), period).values()}
+    else:
+        references = {kind: published(vessel, kind) for kind in ("3d", "1d")}
+    print("| | here | compared with | rms | largest |\n| --- | --- | --- | --- | --- |")
+    for kind, reference in references.items():
+        for (name, (when, values)), (times, theirs) in zip(ours.items(), reference):
+            pairs = [(v, at(t, times, theirs, period)) for t, v in zip(when, values)]
             scale = max(theirs)
             rms = math.sqrt(sum((a - b) ** 2 for a, b in pairs) / len(pairs)) / scale
             extremes = ["{:.3f}, {:.3f}, {:.3f}".format(max(x), min(x), sum(x) / len(x)) for x in (values, theirs)]

@@ -92,6 +92,10 @@ pub enum Statistic {
     /// How often per second the middle is passed upwards.
     #[serde(rename = "frequency_1_s")]
     Frequency,
+    /// The amplitude of what is periodic, without what jumps from step to step: of a Fourier series.
+    PeriodicAmplitude,
+    /// Root mean square of what that series leaves.
+    Noise,
 }
 
 impl Statistic {
@@ -105,6 +109,8 @@ impl Statistic {
             Self::Least => "least",
             Self::TimeOfLargest => "time of the largest",
             Self::Frequency => "frequency",
+            Self::PeriodicAmplitude => "periodic amplitude",
+            Self::Noise => "noise",
         }
     }
 

@@ -4,8 +4,8 @@ use super::{Failure, report};
 use crate::output::figure::Figure;
 use crate::output::marked_text;
 use crate::output::report::{
-    PageTable, RefinedPair, RefinementSeries, agreement, changes, distributions, key_figures,
-    uncertainty,
+    PageTable, RefinedPair, RefinementSeries, agreement, changes, coupling, distributions,
+    key_figures, uncertainty,
 };
 use crate::output::results::Results;
 use crate::output::validation::Validation;
@@ -16,6 +16,7 @@ use std::path::{Path, PathBuf};
 /// What a mark may ask for.
 const KINDS: &str = "expected `models STUDY` (a column for each run in a folder), `findings STUDY` (what the paper found, and what the \
                      study), `differences STUDY STUDY` (runs of the same name), `changes RUN STUDY` (each run against one), \
+                     `coupling RUN…` (sizes and coupling iterations), \
                      `agreement COARSE FINE COARSE FINE` (studies with one solver, then with the other; and `first:BEFORE,AFTER` or `second:BEFORE,AFTER` \
                      for what else was refined with one of them), `uncertainty RUN NAME=RUN,RUN…` \
                      (what was refined, from coarse to fine), `measured FILE RUN…` (runs compared with an experiment), \
@@ -146,6 +147,13 @@ fn table(
             let (one, others) = (run(one)?, figures(others)?);
             let pairs: Vec<_> = others.iter().map(|other| (&one, other)).collect();
             changes(&pairs).transposed()
+        }
+        ["coupling", runs @ ..] if !runs.is_empty() => {
+            // A flag has no page of its own, but couples as well.
+            let load = |path: &&str| Results::load_figures_of_any(&folder.join(path));
+            let runs: Result<Vec<Results>, _> = runs.iter().map(load).collect();
+            let runs = runs.map_err(|e| Failure::Input(e.to_string()))?;
+            coupling(&runs.iter().collect::<Vec<_>>()).transposed()
         }
         [
             "agreement",

@@ -118,6 +118,7 @@ fn the_page_has_the_waves_of_the_kept_runs() {
     let [gamma, _] = exact(&TUBE, Rates::exact(PERIOD));
     let mut table = row("∞", "exact", gamma, none());
     for (steps, of, kept) in [
+        ("125", "computed", "125-steps"),
         ("40", "computed", "40-steps"),
         ("16", "computed on a coarse mesh", "16-steps"),
     ] {

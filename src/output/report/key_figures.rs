@@ -120,20 +120,41 @@ fn last(differences: &[PeriodDifference]) -> Option<f64> {
     differences.last().map(|d| 100.0 * d.relative)
 }
 
+const STEPS: KeyFigure = KeyFigure::new("steps", 1, |run| summary(run, |s| s.totals.steps as f64));
+const ITERATIONS: KeyFigure = KeyFigure::new("coupling iterations per step", 3, |run| {
+    summary(run, |s| s.mean_coupling_iterations)
+});
+const MOST_ITERATIONS: KeyFigure = KeyFigure::new("most in a step", 1, |run| {
+    summary(run, |s| s.totals.max_coupling_iterations as f64)
+});
+
 /// What a run has cost, and how near to periodic it is.
-pub const COURSE: [KeyFigure; 5] = [
-    KeyFigure::new("coupling iterations per step", 3, |run| {
-        summary(run, |s| s.mean_coupling_iterations)
-    }),
-    KeyFigure::new("most in a step", 1, |run| {
-        summary(run, |s| s.totals.max_coupling_iterations as f64)
-    }),
+pub const COURSE: [KeyFigure; 6] = [
+    STEPS,
+    ITERATIONS,
+    MOST_ITERATIONS,
     KeyFigure::new("s per step", 3, |run| summary(run, |s| s.seconds_per_step)),
     KeyFigure::new("period to period, outflow / %", 2, |run| {
         last(&run.hemodynamics.periodicity.outflow)
     }),
     KeyFigure::new("period to period, displacement / %", 2, |run| {
         last(&run.hemodynamics.periodicity.max_displacement)
+    }),
+];
+
+/// How large a run is, and how its coupling went.
+pub const COUPLING: [KeyFigure; 6] = [
+    KeyFigure::new("cells or elements of the fluid", 1, |run| {
+        summary(run, |s| s.fluid_cells as f64)
+    }),
+    KeyFigure::new("unknowns of the wall", 1, |run| {
+        summary(run, |s| s.structure_dofs as f64)
+    }),
+    STEPS,
+    ITERATIONS,
+    MOST_ITERATIONS,
+    KeyFigure::new("attempts that failed", 1, |run| {
+        summary(run, |s| s.totals.failed_attempts as f64)
     }),
 ];
 

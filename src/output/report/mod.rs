@@ -40,7 +40,7 @@ pub use preview::Preview;
 pub use refined::{RefinementSeries, uncertainty};
 pub use samples::distributions;
 use std::io;
-pub use study::{RefinedPair, Study, agreement, changes, key_figures};
+pub use study::{RefinedPair, Study, agreement, changes, coupling, key_figures};
 pub use sweep::table as measures;
 pub use table::PageTable;
 pub use uncertainty::{SAMPLES, Uncertainty};

@@ -1,6 +1,6 @@
 //! The page of a study: runs of any cases side by side, each by its own name.
 
-use super::key_figures::{COURSE, KeyFigure, RESULTS};
+use super::key_figures::{COUPLING, COURSE, KeyFigure, RESULTS};
 use super::maps::{self, OSI, RADIUS, TAWSS};
 use super::page::{Page, chart, download, escape, figure, gallery, line, panel, table, warnings};
 use super::scene;
@@ -107,19 +107,27 @@ pub(crate) fn cases(runs: &[&Results], missing: &[String]) -> String {
 
 /// What each run has cost and found.
 pub fn key_figures(runs: &[&Results]) -> PageTable {
-    let all = || COURSE.iter().chain(&RESULTS);
-    let heads = ["case", "steps"].into_iter();
-    // What none of the runs has, such as a region of another kind of vessel, has no column.
+    figures_of(runs, "case", COURSE.iter().chain(&RESULTS))
+}
+
+/// How large each run is, and how its coupling went.
+pub fn coupling(runs: &[&Results]) -> PageTable {
+    figures_of(runs, "run", COUPLING.iter())
+}
+
+/// A row for each run; what none of them has, such as a region of another kind of vessel, has no column.
+fn figures_of<'a>(
+    runs: &[&Results],
+    head: &str,
+    figures: impl Iterator<Item = &'a KeyFigure>,
+) -> PageTable {
     let is_there = |figure: &&KeyFigure| runs.iter().any(|run| figure.of(run).is_some());
-    let all = || all().filter(is_there);
-    let mut table = PageTable::new(heads.chain(all().map(|figure| figure.name)));
+    let figures: Vec<&KeyFigure> = figures.filter(is_there).collect();
+    let names = figures.iter().map(|figure| figure.name);
+    let mut table = PageTable::new(std::iter::once(head).chain(names));
     for run in runs {
-        let steps = run
-            .summary
-            .as_ref()
-            .map_or("–".into(), |s| s.totals.steps.to_string());
-        let first = [run.name(), steps].into_iter();
-        table.push(first.chain(all().map(|figure| figure.show(run))).collect());
+        let cells = figures.iter().map(|figure| figure.show(run));
+        table.push(std::iter::once(run.name()).chain(cells).collect());
     }
     table
 }
