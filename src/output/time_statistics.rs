@@ -59,7 +59,7 @@ fn periodic_part(samples: &[(f64, f64)]) -> Option<Vec<(f64, f64)>> {
     }
     let term = |row: usize, term: usize| {
         let angle = term.div_ceil(2) as f64 * base * samples[row].0;
-        if term % 2 == 0 {
+        if term.is_multiple_of(2) {
             angle.cos()
         } else {
             angle.sin()
