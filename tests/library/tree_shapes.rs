@@ -144,8 +144,8 @@ fn side_of_folded(angle: f64, ratio: f64, fold: f64) -> Lumen {
     lumen(vec![parent, branch])
 }
 
-/// Thin branches of 0.2 to 0.6 of the radius at 30° to 110°, in a plane with their parent and out of it: 0.287 to
-/// 0.468. Up to 50°, other shapes than the usual one are tried.
+/// Thin branches of 0.2 to 0.6 of the radius at 30° to 110°, in a plane with their parent and out of it: 0.304 to
+/// 0.463. Up to 50°, other shapes than the usual one are tried.
 #[test]
 fn thin_branches_leave_at_30_to_110_degrees() {
     for angle in [30.0, 35.0, 40.0, 45.0, 60.0, 75.0, 90.0, 110.0] {
@@ -154,7 +154,7 @@ fn thin_branches_leave_at_30_to_110_degrees() {
                 let found = both(&side_of_folded(angle, ratio, fold));
                 let found = found.unwrap_or_else(|e| panic!("{e}"));
                 println!("{angle}° {ratio}, {fold}°: {found:.3?}");
-                let is_right = found.iter().all(|q| (0.28..0.48).contains(q));
+                let is_right = found.iter().all(|q| (0.3..0.48).contains(q));
                 assert!(is_right, "{angle}° {ratio}, {fold}°: {found:?}");
             }
         }
@@ -211,7 +211,7 @@ fn a_mesh_goes_with_its_tree() {
     }
 }
 
-/// A branch that leaves forwards or backwards: at least 0.126, or the angle that was found and those that are allowed.
+/// A branch that leaves forwards or backwards: at least 0.19, or the angle that was found and those that are allowed.
 #[test]
 fn branches_may_leave_at_many_angles() {
     for (angle, ratio) in [
@@ -226,7 +226,7 @@ fn branches_may_leave_at_many_angles() {
         let found = both(&side(angle, ratio)).unwrap_or_else(|e| panic!("{angle}: {e}"));
         println!("{angle}° {ratio}: {found:?}");
         assert!(
-            found.iter().all(|q| (0.12..0.4).contains(q)),
+            found.iter().all(|q| (0.18..0.4).contains(q)),
             "{angle} {ratio}: {found:?}"
         );
     }
@@ -266,12 +266,12 @@ fn thin_branches_leave_bends() {
     }
 }
 
-/// Thin branches that leave forwards: their elements are at least 0.22. The parent's line goes straight on, while that
+/// Thin branches that leave forwards: their elements are at least 0.27. The parent's line goes straight on, while that
 /// of the branch bends towards it where they part. Cross-sections along the mean of the two would be tilted next to
 /// those along the parent's own line, and elements inside out (-0.96 to -0.78).
 #[test]
 fn elements_are_whole_beside_branches_that_leave_forwards() {
-    for (angle, ratio, least) in [(25.0, 0.5, 0.22), (30.0, 0.5, 0.28), (40.0, 0.5, 0.25)] {
+    for (angle, ratio, least) in [(25.0, 0.5, 0.27), (30.0, 0.5, 0.31), (40.0, 0.5, 0.34)] {
         let [_, elements] = both(&side(angle, ratio)).unwrap_or_else(|e| panic!("{angle}: {e}"));
         println!("{angle}° {ratio}: {elements}");
         assert!((least..0.4).contains(&elements), "{angle}: {elements}");

@@ -9,6 +9,10 @@
 pub struct Shape {
     /// The distances of the patch's border from the branch's line, relative to the usual ones.
     pub foot: f64,
+    /// How much longer the patch is along the parent than around it, seen along the branch ...
+    pub long: f64,
+    /// ... and how far downstream of the branch's line its middle lies, in its half width.
+    pub ahead: f64,
     /// How far the border climbs up the branch on the side where it leaves less sharply: 0 if it stays on the parent's
     /// wall, 1 if it would lie across the branch.
     pub climb: f64,
@@ -33,6 +37,8 @@ pub struct Shape {
 /// Good for branches that leave at 50° to 130°.
 pub const USUAL: Shape = Shape {
     foot: 1.0,
+    long: 1.0,
+    ahead: 0.0,
     climb: 0.0,
     tilt: 0.0,
     beside: 0.8,
@@ -45,10 +51,12 @@ pub const USUAL: Shape = Shape {
 };
 
 /// For branches that leave at 25° to 50°, or backwards at 130° to 150°, in the order in which they are tried.
-pub const INCLINED: [Shape; 5] = [
+pub const INCLINED: [Shape; 8] = [
     // Found for up to 0.3 of the parent's radius.
     Shape {
         foot: 0.971,
+        long: 1.0,
+        ahead: 0.0,
         climb: 0.381,
         tilt: 0.82,
         beside: 0.871,
@@ -61,54 +69,107 @@ pub const INCLINED: [Shape; 5] = [
     },
     // Found for 0.4 and 0.5.
     Shape {
-        foot: 0.739,
-        climb: 0.287,
-        tilt: 0.314,
-        beside: 0.896,
-        spread: 0.206,
-        back: 0.54,
-        upright: 0.19,
-        near: 1.005,
-        bottom: [0.851, 0.782],
-        cut: 1.06,
+        foot: 0.807,
+        long: 1.13,
+        ahead: 0.051,
+        climb: 0.22,
+        tilt: 0.621,
+        beside: 0.871,
+        spread: 0.197,
+        back: 0.558,
+        upright: 0.161,
+        near: 0.957,
+        bottom: [0.664, 0.777],
+        cut: 1.12,
     },
     // Found for 0.6 from 35° on.
     Shape {
-        foot: 0.793,
+        foot: 0.749,
+        long: 1.014,
+        ahead: 0.111,
         climb: 0.084,
-        tilt: 0.94,
-        beside: 0.54,
-        spread: 0.525,
-        back: 0.73,
-        upright: 0.377,
-        near: 0.866,
-        bottom: [0.832, 0.558],
-        cut: 0.821,
+        tilt: 1.1,
+        beside: 0.529,
+        spread: 0.549,
+        back: 0.768,
+        upright: 0.385,
+        near: 0.867,
+        bottom: [0.587, 0.558],
+        cut: 0.725,
     },
-    // Found for 0.6 at 30°: longer, with larger cells.
+    // Found for 0.6 at 30° where the parent turns aside.
     Shape {
-        foot: 0.97,
-        climb: 0.52,
-        tilt: 0.35,
-        beside: 1.19,
-        spread: 0.37,
-        back: 0.75,
-        upright: 0.15,
-        near: 0.82,
-        bottom: [0.47, 1.05],
-        cut: 0.5,
+        foot: 0.823,
+        long: 1.16,
+        ahead: 0.116,
+        climb: 0.145,
+        tilt: 1.1,
+        beside: 1.012,
+        spread: 0.598,
+        back: 0.905,
+        upright: 0.231,
+        near: 0.945,
+        bottom: [0.658, 0.628],
+        cut: 1.3,
     },
-    // The same where the parent turns aside.
+    // Found for 0.55 and 0.6 at 30° to 33°, where the parent turns aside by half as much or not.
     Shape {
-        foot: 0.92,
-        climb: 0.23,
-        tilt: 0.97,
-        beside: 0.9,
-        spread: 0.57,
-        back: 0.94,
-        upright: 0.11,
-        near: 0.91,
-        bottom: [0.46, 0.72],
-        cut: 1.64,
+        foot: 0.808,
+        long: 1.203,
+        ahead: 0.083,
+        climb: 0.193,
+        tilt: 0.777,
+        beside: 1.048,
+        spread: 0.473,
+        back: 0.632,
+        upright: 0.244,
+        near: 0.938,
+        bottom: [0.787, 0.745],
+        cut: 0.951,
+    },
+    // Found for 0.6 at 30° where it does not.
+    Shape {
+        foot: 0.94,
+        long: 1.056,
+        ahead: 0.124,
+        climb: 0.418,
+        tilt: 0.525,
+        beside: 0.916,
+        spread: 0.34,
+        back: 0.591,
+        upright: 0.181,
+        near: 0.878,
+        bottom: [0.484, 0.753],
+        cut: 0.916,
+    },
+    // Found for 0.55 and 0.6 at 36° to 40°, where it does by half as much or not.
+    Shape {
+        foot: 0.775,
+        long: 1.033,
+        ahead: 0.018,
+        climb: 0.092,
+        tilt: 0.5,
+        beside: 0.534,
+        spread: 0.611,
+        back: 0.691,
+        upright: 0.356,
+        near: 0.906,
+        bottom: [0.827, 0.588],
+        cut: 0.843,
+    },
+    // Found for those that leave backwards at 150°.
+    Shape {
+        foot: 0.837,
+        long: 1.088,
+        ahead: -0.12,
+        climb: 0.244,
+        tilt: 1.01,
+        beside: 0.757,
+        spread: 0.216,
+        back: 0.576,
+        upright: 0.254,
+        near: 0.837,
+        bottom: [0.576, 0.68],
+        cut: 0.803,
     },
 ];

@@ -205,7 +205,8 @@ impl<'a> Exit<'a> {
         let [first, second] = self.frame();
         let point = |b: usize, off: f64| {
             let (sin, cos) = grid.angle(b).sin_cos();
-            let beside = self.out + (first * cos + second * sin) * off;
+            let along = shape.long * cos + shape.ahead;
+            let beside = self.out + (first * along + second * sin) * off;
             let from = beside - self.along * ((beside - self.centre).dot(&self.axis) / self.sine);
             let wall = slicer.lumen.near(&from).wall(&from, &self.along)?;
             let foot = path.foot(&wall);
