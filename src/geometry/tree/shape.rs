@@ -112,7 +112,7 @@ pub const INCLINED: [Shape; 8] = [
         bottom: [0.658, 0.628],
         cut: 1.3,
     },
-    // Found for 0.55 and 0.6 at 30° to 33°, where the parent turns aside by half as much or not.
+    // Found for 0.55 and 0.6 at 30° to 33° where the parent turns aside by up to half as much.
     Shape {
         foot: 0.808,
         long: 1.203,
@@ -127,7 +127,7 @@ pub const INCLINED: [Shape; 8] = [
         bottom: [0.787, 0.745],
         cut: 0.951,
     },
-    // Found for 0.6 at 30° where it does not.
+    // Found for 0.6 at 30° where the parent goes straight on.
     Shape {
         foot: 0.94,
         long: 1.056,
@@ -142,7 +142,7 @@ pub const INCLINED: [Shape; 8] = [
         bottom: [0.484, 0.753],
         cut: 0.916,
     },
-    // Found for 0.55 and 0.6 at 36° to 40°, where it does by half as much or not.
+    // Found for 0.55 and 0.6 at 36° to 40° where the parent turns aside by up to three quarters as much.
     Shape {
         foot: 0.775,
         long: 1.033,
