@@ -293,8 +293,8 @@ fn a_hook_is_named_and_can_be_smoothed() {
     assert!((0.1..0.7).contains(&worst), "{worst}");
 }
 
-/// Daughters whose traced lines begin with a hook, from the middle of the parent's lumen: there is no mesh until a
-/// smooth curve leads past it. Elsewhere the lines keep their points, and the curve stays within a third of a radius of
+/// Daughters whose traced lines begin with a hook, from the middle of the parent's lumen: the mesh is much better where
+/// a smooth curve leads past it. Elsewhere the lines keep their points, and the curve stays within a third of a radius of
 /// the lines without hooks.
 #[test]
 fn hooks_next_to_junctions_are_smoothed_away() {
@@ -312,12 +312,12 @@ fn hooks_next_to_junctions_are_smoothed_away() {
         let case = read(folder.path(), "l.vtk", &text, &ENDS[..2], more);
         case.unwrap_or_else(|e| panic!("{e}"))
     };
-    let said = mesh(&with("")).unwrap_err();
-    assert!(said.contains("no mesh"), "{said}");
+    let quality = |case: &Case| mesh(case).unwrap_or_else(|e| panic!("{e}")).0;
+    let as_traced = quality(&with(""));
+    assert!((0.3..0.4).contains(&as_traced), "{as_traced}");
     let smooth = with("junction_smoothing = 1.5\n");
-    let (worst, _) = mesh(&smooth).unwrap_or_else(|e| panic!("{e}"));
-    println!("smallest scaled Jacobian {worst}");
-    assert!((0.2..0.7).contains(&worst), "{worst}");
+    let worst = quality(&smooth);
+    assert!((0.55..0.7).contains(&worst), "{worst}");
     let found = points(&smooth);
     for (line, given) in found.iter().zip(&straight) {
         let curve = smooth.tree().unwrap().line.iter().flatten();

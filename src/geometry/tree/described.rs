@@ -20,7 +20,7 @@ pub struct TreeMeshes {
     pub lumen: Lumen,
     /// The smallest scaled Jacobian of a cell, and where that is, m.
     pub worst: (f64, Vec3),
-    /// What a user should know of its junctions, in sentences.
+    /// What a user should know of its junctions and lines, in sentences.
     pub notes: Vec<String>,
     /// Centre-lines of the branches, each with the patch of its wall.
     pub lines: Vec<(String, SpaceCurve)>,
@@ -143,10 +143,9 @@ impl Tree {
             polygons,
             lumen: tree.slicer.lumen.clone(),
             worst: worst.unwrap_or((1.0, Vec3::zeros())),
-            notes: tree
-                .shared_junctions()
-                .iter()
+            notes: (tree.shared_junctions().iter())
                 .map(|found| shared(found, &names))
+                .chain(keys.off_centre())
                 .collect(),
             lines: lines
                 .map(|(wall, line)| (walls[wall].clone(), line))

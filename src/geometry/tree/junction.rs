@@ -8,6 +8,7 @@
 
 use super::apex::{Apex, apex_between, apex_of_chord};
 use super::error::TreeError;
+use super::layout::Layout;
 use super::lumen::Lumen;
 use super::section::{CrossSection, worst_between};
 use super::slicer::{Slicer, across};
@@ -16,6 +17,7 @@ use crate::Vec3;
 use crate::curve::CentreLine;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
 
 /// Distances of a junction's centre upstream of its apices that are tried, in radii of the parent.
@@ -24,6 +26,16 @@ const BACK: [f64; 9] = [0.3, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2, 1.35, 1.5];
 const BACK_OF_SAC: [f64; 4] = [1.7, 1.9, 2.2, 2.5];
 /// Where the best one mostly is.
 const MIDDLE: f64 = 0.95;
+/// If the best one is no better than this, other layouts are searched for ...
+pub(super) const GOOD: f64 = 0.3;
+/// ... until one is better than this: what is more usual makes runs more accurate ...
+const ENOUGH: f64 = 0.35;
+/// ... from these distances on as well ...
+const STARTS: [f64; 2] = [1.05, 0.75];
+/// ... in steps that are halved as long as they are at least this share of the longest ones.
+const SHORTEST: f64 = 0.2;
+/// A layout is better than another by more than this: in a tree that is turned, rounding then chooses no other one.
+const SAME: f64 = 1e-6;
 /// Plane cross-sections end so far upstream of the centre, in radii of the parent ...
 const PARENT_CUT: f64 = 1.5;
 /// ... and begin so far downstream of the apices, in radii of the daughter.
@@ -73,145 +85,50 @@ struct Spread {
     axis: Vec3,
 }
 
+/// What all layouts of a junction have in common.
+struct Site<'a> {
+    slicer: &'a Slicer,
+    trunk: &'a CentreLine,
+    /// The lines that part, from one side to the other.
+    order: Vec<(usize, f64)>,
+    spread: Spread,
+}
+
+/// A layout, with the apices that it is for.
+#[derive(Clone)]
+struct Found<'a> {
+    apices: &'a [Vec3],
+    layout: Layout,
+    junction: Junction,
+}
+
+impl Found<'_> {
+    fn worst(&self) -> f64 {
+        self.junction.worst
+    }
+}
+
 impl Junction {
-    /// The junction of lines that part: that whose worst hexahedron is best.
+    /// The junction of lines that part: that whose worst hexahedron is best. If no usual one is good, others may be
+    /// searched for.
     ///
     /// # Errors
     /// If they leave at angles that are too small, or the surface is open there.
-    pub fn new(slicer: &Slicer, trunk: &CentreLine, parting: &Parting) -> Result<Self, TreeError> {
-        let lumen = &slicer.lumen;
-        let spread = Spread::of(lumen, parting);
-        let mut order = parting.to_vec();
-        let place = |&(line, s): &(usize, f64)| past(&lumen.lines[line], s).dot(&spread.across);
-        order.sort_by(|a, b| place(a).total_cmp(&place(b)));
-        let ways: &[Apex] = match lumen.surface {
-            Some(_) => &[apex_of_chord, apex_between],
-            None => &[apex_between],
-        };
-        let apices = |way: &Apex| -> Result<Vec<Vec3>, TreeError> {
-            let pairs = order.windows(2);
-            pairs
-                .map(|pair| way(lumen, &spread.flow, pair[0], pair[1]))
-                .collect()
-        };
-        let apices: Vec<_> = ways.iter().map(apices).collect();
-        let is_sac = parting.iter().any(|(line, _)| lumen.lines[*line].is_closed);
-        let further = if is_sac { &BACK_OF_SAC[..] } else { &[] };
-        let known = Mutex::new(f64::NEG_INFINITY);
-        let best_known = || known.lock().unwrap_or_else(PoisonError::into_inner);
-        let tried = |(apices, back): (&Result<Vec<Vec3>, TreeError>, &f64)| {
-            let apices = apices.as_ref().map_err(Clone::clone)?;
-            let mut junction = Self::at(slicer, trunk, &order, &spread, apices, *back)?;
-            junction.worst = junction.quality(slicer, trunk, || *best_known())?;
-            let mut known = best_known();
-            *known = known.max(junction.worst);
-            Ok(junction)
-        };
-        let mut all: Vec<(usize, _)> = (apices.iter())
-            .flat_map(|apices| BACK.iter().chain(further).map(move |back| (apices, back)))
-            .enumerate()
-            .collect();
-        // Those in the middle are mostly good: the others are then soon known to be worse.
-        let off = |back: f64| (back - MIDDLE).abs();
-        all.sort_by(|(_, (_, a)), (_, (_, b))| off(**a).total_cmp(&off(**b)));
-        let all = all.into_par_iter();
-        let mut all: Vec<(usize, Result<Self, TreeError>)> =
-            all.map(|(number, way)| (number, tried(way))).collect();
-        all.sort_by_key(|(number, _)| *number);
-        let all = all.into_iter().map(|(_, tried)| tried);
-        let best = all.reduce(|best, tried| match (best, tried) {
-            (Ok(best), Ok(tried)) if best.worst >= tried.worst => Ok(best),
-            (Ok(best), Err(_)) => Ok(best),
-            (_, tried) => tried,
-        });
-        best.expect("some are tried")
-    }
-
-    /// That with its centre `back` radii upstream of the apices.
-    fn at(
+    pub fn new(
         slicer: &Slicer,
         trunk: &CentreLine,
-        order: &Parting,
-        spread: &Spread,
-        apices: &[Vec3],
-        back: f64,
+        parting: &Parting,
+        is_searched: bool,
     ) -> Result<Self, TreeError> {
-        let lumen = &slicer.lumen;
-        let Spread { flow, across, axis } = spread;
-        let mean = |all: &mut dyn Iterator<Item = Vec3>| all.sum::<Vec3>() / order.len() as f64;
-        let crotch = apices.iter().sum::<Vec3>() / apices.len() as f64;
-        let upstream = crotch - flow * (back * trunk.radius(trunk.length()));
-        let radius = trunk.foot(&upstream).radius;
-        let mut centre = crotch - flow * (back * radius);
-        // Between the lines there, and in the middle of the lumen along the axis.
-        for _ in 0..2 {
-            let feet = mean(
-                &mut order
-                    .iter()
-                    .map(|(line, _)| lumen.lines[*line].foot(&centre).centre),
-            );
-            let off = feet - centre;
-            centre += off - flow * off.dot(flow);
-            let near = lumen.near(&centre);
-            let [up, down] = [*axis, -axis].map(|direction| near.ray(&centre, &direction));
-            let (up, down) = up.zip(down).ok_or(TreeError::Open(centre))?;
-            centre += axis * (0.5 * (up - down));
-        }
-        let daughters: Vec<BranchEnd> = (order.iter().enumerate())
-            .map(|(i, &(line, s))| {
-                let path = &lumen.lines[line];
-                // Those on its two sides.
-                let own = &apices[i.saturating_sub(1)..(i + 1).min(apices.len())];
-                let feet = own.iter().map(|apex| path.foot(apex).s);
-                let beyond = feet.fold(s, f64::max);
-                let cut = beyond + DAUGHTER_CUT * path.radius(s);
-                let is_short = path.length() - cut < LEAST_LENGTH * path.radius(cut);
-                let cut = match path.is_closed && is_short {
-                    true => path.length(),
-                    false => cut,
-                };
-                BranchEnd {
-                    line,
-                    cut: path.at(cut),
-                }
-            })
-            .collect();
-        // Angles about the axis, from the flow's direction on: halfway between parent and daughter, and the apices.
-        let angle = |x: &Vec3| {
-            let arm = x - centre;
-            arm.dot(across).atan2(arm.dot(flow))
+        let site = Site::new(slicer, trunk, parting);
+        let apices = site.apices();
+        let usual = site.usual(&apices);
+        let is_good = usual.as_ref().is_ok_and(|found| found.worst() > GOOD);
+        let found = match is_searched && !is_good {
+            true => site.searched(&apices, usual),
+            false => usual,
         };
-        let of_daughter = |end: &BranchEnd| angle(&end.cut);
-        let mut keys = vec![0.5 * (of_daughter(&daughters[0]) - PI)];
-        keys.extend(apices.iter().map(angle));
-        keys.push(0.5 * (of_daughter(&daughters[daughters.len() - 1]) + PI));
-        if keys.windows(2).any(|pair| pair[1] - pair[0] < LEAST_ANGLE) {
-            return Err(TreeError::Angle(crotch));
-        }
-        let near = lumen.near(&centre);
-        let half = slicer.grid.around() / 2;
-        let rim = |theta: &f64| {
-            let key = flow * theta.cos() + across * theta.sin();
-            let points = (0..=half).map(|a| {
-                let phi = slicer.grid.angle(a);
-                let direction = axis * phi.cos() + key * phi.sin();
-                near.wall(&centre, &direction)
-                    .ok_or(TreeError::Open(centre))
-            });
-            points.collect::<Result<Vec<Vec3>, TreeError>>()
-        };
-        let rims = keys.iter().map(rim).collect::<Result<_, _>>()?;
-        Ok(Self {
-            parent: BranchEnd {
-                line: order[0].0,
-                cut: trunk.at(trunk.foot(&centre).s - PARENT_CUT * radius),
-            },
-            centre,
-            axis: *axis,
-            daughters,
-            rims,
-            worst: f64::INFINITY,
-        })
+        found.map(|found| found.junction)
     }
 
     /// The folded cross-section of the parent (`None`) or of a daughter; its rim begins at the end of the axis and
@@ -279,6 +196,235 @@ impl Junction {
     }
 }
 
+impl<'a> Site<'a> {
+    fn new(slicer: &'a Slicer, trunk: &'a CentreLine, parting: &Parting) -> Self {
+        let lumen = &slicer.lumen;
+        let spread = Spread::of(lumen, parting);
+        let mut order = parting.to_vec();
+        let place = |&(line, s): &(usize, f64)| past(&lumen.lines[line], s).dot(&spread.across);
+        order.sort_by(|a, b| place(a).total_cmp(&place(b)));
+        Self {
+            slicer,
+            trunk,
+            order,
+            spread,
+        }
+    }
+
+    /// The apices between neighbours, found in each way that there is.
+    fn apices(&self) -> Vec<Result<Vec<Vec3>, TreeError>> {
+        let lumen = &self.slicer.lumen;
+        let ways: &[Apex] = match lumen.surface {
+            Some(_) => &[apex_of_chord, apex_between],
+            None => &[apex_between],
+        };
+        let pairs = self.order.windows(2);
+        let apices = |way: &Apex| {
+            let apex = |pair: &[(usize, f64)]| way(lumen, &self.spread.flow, pair[0], pair[1]);
+            pairs.clone().map(apex).collect()
+        };
+        ways.iter().map(apices).collect()
+    }
+
+    /// The best of the usual layouts.
+    fn usual<'b>(
+        &self,
+        apices: &'b [Result<Vec<Vec3>, TreeError>],
+    ) -> Result<Found<'b>, TreeError> {
+        let lines = &self.slicer.lumen.lines;
+        let is_sac = self.order.iter().any(|(line, _)| lines[*line].is_closed);
+        let further = if is_sac { &BACK_OF_SAC[..] } else { &[] };
+        let known = Mutex::new(f64::NEG_INFINITY);
+        let best_known = || known.lock().unwrap_or_else(PoisonError::into_inner);
+        let tried = |(apices, back): (&'b Result<Vec<Vec3>, TreeError>, &f64)| {
+            let apices = apices.as_ref().map_err(Clone::clone)?;
+            let found = self.found(apices, Layout::usual(*back), || *best_known())?;
+            let mut known = best_known();
+            *known = known.max(found.worst());
+            Ok(found)
+        };
+        let mut all: Vec<(usize, _)> = (apices.iter())
+            .flat_map(|apices| BACK.iter().chain(further).map(move |back| (apices, back)))
+            .enumerate()
+            .collect();
+        // Those in the middle are mostly good: the others are then soon known to be worse.
+        let off = |back: f64| (back - MIDDLE).abs();
+        all.sort_by(|(_, (_, a)), (_, (_, b))| off(**a).total_cmp(&off(**b)));
+        let all = all.into_par_iter();
+        let mut all: Vec<(usize, Result<Found<'b>, TreeError>)> =
+            all.map(|(number, way)| (number, tried(way))).collect();
+        all.sort_by_key(|(number, _)| *number);
+        let all = all.into_iter().map(|(_, tried)| tried);
+        let best = all.reduce(|best, tried| match (best, tried) {
+            (Ok(best), Ok(tried)) if best.worst() >= tried.worst() => Ok(best),
+            (Ok(best), Err(_)) => Ok(best),
+            (_, tried) => tried,
+        });
+        best.expect("some are tried")
+    }
+
+    /// A better layout than the best of the usual ones: with half-discs through the apices if one of those is good.
+    fn searched<'b>(
+        &self,
+        apices: &'b [Result<Vec<Vec3>, TreeError>],
+        usual: Result<Found<'b>, TreeError>,
+    ) -> Result<Found<'b>, TreeError> {
+        let of_usual = usual.as_ref().ok().map(|found| found.apices);
+        let any = || apices.iter().find_map(|found| found.as_deref().ok());
+        let Some(apices) = of_usual.or_else(any) else {
+            return usual;
+        };
+        let others = STARTS.iter().filter_map(|back| {
+            (self.found(apices, Layout::usual(*back), || f64::NEG_INFINITY)).ok()
+        });
+        let first = usual.as_ref().ok().cloned();
+        let starts = first.iter().cloned().chain(others);
+        let at_apices = (first.iter().cloned()).map(|start| (start, Layout::AT_APICES));
+        let anywhere = starts.map(|start| (start, Layout::NUMBERS));
+        let mut best: Option<Found<'b>> = None;
+        for (start, numbers) in at_apices.chain(anywhere) {
+            let found = self.improved(start, &numbers);
+            let is_good = found.worst() > GOOD;
+            if best
+                .as_ref()
+                .is_none_or(|best| found.worst() > best.worst())
+            {
+                best = Some(found);
+            }
+            if is_good {
+                break;
+            }
+        }
+        best.map_or(usual, Ok)
+    }
+
+    /// The best layout that steps lead to, in one number each, shorter ones where no longer one makes it better
+    /// (compass search: Kolda, Lewis and Torczon, *Optimization by direct search*, SIAM Review 45, 2003).
+    fn improved<'b>(&self, start: Found<'b>, numbers: &Range<usize>) -> Found<'b> {
+        let mut best = start;
+        let mut step = 1.0;
+        while step >= SHORTEST && best.worst() <= ENOUGH {
+            let steps: Vec<(usize, f64)> = (numbers.clone())
+                .flat_map(|number| [(number, -step), (number, step)])
+                .collect();
+            let better = |(number, step): &(usize, f64)| {
+                let layout = best.layout.varied(*number, *step)?;
+                let found = self.found(best.apices, layout, || best.worst()).ok()?;
+                (found.worst() > best.worst() + SAME).then_some(found)
+            };
+            let all: Vec<Option<Found<'b>>> = steps.par_iter().map(better).collect();
+            // Of equal ones always the same one.
+            let all = all.into_iter().flatten();
+            let better = |a: Found<'b>, b: Found<'b>| match b.worst() > a.worst() + SAME {
+                true => b,
+                false => a,
+            };
+            match all.reduce(better) {
+                Some(better) => best = better,
+                None => step *= 0.5,
+            }
+        }
+        best
+    }
+
+    /// The junction of this layout; its quality is exact unless it is less than `least`.
+    fn found<'b>(
+        &self,
+        apices: &'b [Vec3],
+        layout: Layout,
+        least: impl Fn() -> f64,
+    ) -> Result<Found<'b>, TreeError> {
+        let mut junction = self.junction(apices, &layout)?;
+        junction.worst = junction.quality(self.slicer, self.trunk, least)?;
+        Ok(Found {
+            apices,
+            layout,
+            junction,
+        })
+    }
+
+    fn junction(&self, apices: &[Vec3], layout: &Layout) -> Result<Junction, TreeError> {
+        let lumen = &self.slicer.lumen;
+        let (trunk, order) = (self.trunk, &self.order);
+        let Spread { flow, across, axis } = &self.spread.leaning(layout.lean);
+        let mean = |all: &mut dyn Iterator<Item = Vec3>| all.sum::<Vec3>() / order.len() as f64;
+        let crotch = apices.iter().sum::<Vec3>() / apices.len() as f64;
+        let upstream = crotch - flow * (layout.back * trunk.radius(trunk.length()));
+        let radius = trunk.foot(&upstream).radius;
+        let mut centre = crotch - flow * (layout.back * radius);
+        // Between the lines there, and in the middle of the lumen along the axis.
+        for _ in 0..2 {
+            let feet = mean(
+                &mut order
+                    .iter()
+                    .map(|(line, _)| lumen.lines[*line].foot(&centre).centre),
+            );
+            let off = feet + across * (layout.aside * radius) - centre;
+            centre += off - flow * off.dot(flow);
+            let near = lumen.near(&centre);
+            let [up, down] = [*axis, -axis].map(|direction| near.ray(&centre, &direction));
+            let (up, down) = up.zip(down).ok_or(TreeError::Open(centre))?;
+            centre += axis * (0.5 * (up - down));
+        }
+        let daughters: Vec<BranchEnd> = (order.iter().enumerate())
+            .map(|(i, &(line, s))| {
+                let path = &lumen.lines[line];
+                // Those on its two sides.
+                let own = &apices[i.saturating_sub(1)..(i + 1).min(apices.len())];
+                let feet = own.iter().map(|apex| path.foot(apex).s);
+                let beyond = feet.fold(s, f64::max);
+                let cut = beyond + layout.cuts[1] * DAUGHTER_CUT * path.radius(s);
+                let is_short = path.length() - cut < LEAST_LENGTH * path.radius(cut);
+                let cut = match path.is_closed && is_short {
+                    true => path.length(),
+                    false => cut,
+                };
+                BranchEnd {
+                    line,
+                    cut: path.at(cut),
+                }
+            })
+            .collect();
+        // Angles about the axis, from the flow's direction on: halfway between parent and daughter, and the apices.
+        let angle = |x: &Vec3| {
+            let arm = x - centre;
+            arm.dot(across).atan2(arm.dot(flow))
+        };
+        let of_daughter = |end: &BranchEnd| angle(&end.cut);
+        let [first, at_apices, last] = layout.turned;
+        let mut keys = vec![0.5 * (of_daughter(&daughters[0]) - PI) + first];
+        keys.extend(apices.iter().map(|apex| angle(apex) + at_apices));
+        keys.push(0.5 * (of_daughter(&daughters[daughters.len() - 1]) + PI) + last);
+        if keys.windows(2).any(|pair| pair[1] - pair[0] < LEAST_ANGLE) {
+            return Err(TreeError::Angle(crotch));
+        }
+        let near = lumen.near(&centre);
+        let half = self.slicer.grid.around() / 2;
+        let rim = |theta: &f64| {
+            let key = flow * theta.cos() + across * theta.sin();
+            let points = (0..=half).map(|a| {
+                let phi = self.slicer.grid.angle(a);
+                let direction = axis * phi.cos() + key * phi.sin();
+                near.wall(&centre, &direction)
+                    .ok_or(TreeError::Open(centre))
+            });
+            points.collect::<Result<Vec<Vec3>, TreeError>>()
+        };
+        let rims = keys.iter().map(rim).collect::<Result<_, _>>()?;
+        Ok(Junction {
+            parent: BranchEnd {
+                line: order[0].0,
+                cut: trunk.at(trunk.foot(&centre).s - layout.cuts[0] * PARENT_CUT * radius),
+            },
+            centre,
+            axis: *axis,
+            daughters,
+            rims,
+            worst: f64::INFINITY,
+        })
+    }
+}
+
 impl Spread {
     fn of(lumen: &Lumen, parting: &Parting) -> Self {
         let upstream = |&(line, s): &(usize, f64)| {
@@ -301,6 +447,16 @@ impl Spread {
             flow,
             across,
             axis: flow.cross(&across),
+        }
+    }
+
+    /// With the axis leaning downstream by this angle, rad.
+    fn leaning(&self, angle: f64) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self {
+            flow: self.flow * cos - self.axis * sin,
+            axis: self.axis * cos + self.flow * sin,
+            across: self.across,
         }
     }
 }

@@ -6,7 +6,7 @@
 use super::Tree;
 use super::branch::Branch;
 use super::error::{Parted, TreeError};
-use super::junction::{BranchEnd, Junction, Parting};
+use super::junction::{BranchEnd, GOOD, Junction, Parting};
 use super::lumen::Lumen;
 use super::section::SectionGrid;
 use super::shape::{INCLINED, Shape, USUAL};
@@ -22,11 +22,11 @@ const THIN: f64 = 0.65;
 const WIDEST: f64 = 0.85;
 /// ... by the cosine of the angle that it turns.
 const STRAIGHT: f64 = 0.5;
-/// A thin one meets the other as an equal if the scaled Jacobian of all cells is above this; else the better one of the
-/// two ways counts ...
-const GOOD: f64 = 0.3;
-/// ... if it is better than this.
+/// A thin one meets the other as an equal if a usual junction of half-discs is good; else the better one of the two ways
+/// counts if it is better than this. Half-discs may lie in an unusual layout ...
 const LEAST: f64 = 0.02;
+/// ... unless the thin one has less than this share of the other's radius, and would squeeze them.
+const SQUEEZED: f64 = 0.45;
 /// Other shapes of a thin branch than the usual one are tried if that is not good and the cosine of the angle at which
 /// the branch leaves is above this (50°; backwards 130°): elsewhere they gain little, and the usual one is more
 /// accurate.
@@ -57,7 +57,7 @@ impl Meeting {
         let thin = |share: f64| thin(lumen, parting, share);
         // In the cells or elements that are asked for.
         let fan = || {
-            let fan = Junction::new(slicer, trunk, parting)?;
+            let fan = Junction::new(slicer, trunk, parting, true)?;
             match fan.worst > 0.0 {
                 true => Ok(Self::Fan(fan)),
                 false => Err(TreeError::InsideOut(middle)),
@@ -67,22 +67,26 @@ impl Meeting {
             return fan().or_else(refused);
         };
         let is_thin = thin(THIN).is_some();
-        let of_fan = match is_thin && lumen.lines[pair[1]].is_closed {
-            true => None,
-            false => {
-                let quality = |slicer: Slicer| {
-                    Junction::new(&slicer, trunk, parting).map_or(-1.0, |fan| fan.worst)
-                };
-                let all = usual(lumen).map(quality);
-                Some(all[0].min(all[1]))
-            }
+        let fan_quality = |is_searched: bool| {
+            let quality = |slicer: Slicer| {
+                Junction::new(&slicer, trunk, parting, is_searched).map_or(-1.0, |fan| fan.worst)
+            };
+            let [cells, elements] = usual(lumen).map(quality);
+            cells.min(elements)
         };
+        let is_thin_sac = is_thin && lumen.lines[pair[1]].is_closed;
+        let of_fan = (!is_thin_sac).then(|| fan_quality(false));
         let enough = if is_thin { GOOD } else { LEAST };
         if of_fan.is_some_and(|quality| quality > enough) {
             return fan().or_else(refused);
         }
         let of_side = Self::side_shape(lumen, trunk, &path, pair);
         let found = of_side.as_ref().map_or(-1.0, |(quality, _)| *quality);
+        let is_squeezed = thin(SQUEEZED).is_some();
+        let of_fan = of_fan.map(|usual| match found > GOOD || is_squeezed {
+            true => usual,
+            false => fan_quality(true),
+        });
         let side = || {
             let [line, branch] = pair;
             match of_side? {

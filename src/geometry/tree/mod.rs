@@ -14,6 +14,7 @@ mod divide;
 mod error;
 mod feature;
 mod junction;
+mod layout;
 mod lumen;
 mod meeting;
 mod meeting_place;

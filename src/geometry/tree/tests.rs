@@ -7,7 +7,13 @@ use std::f64::consts::PI;
 /// A straight parent of radius 3 and two daughters whose directions enclose `angle`, both turned by `turned` (degrees),
 /// the second one out of the plane by `fold`. Lengths in mm.
 fn y(angle: f64, radius: f64, turned: f64, fold: f64) -> Lumen {
+    unequal(angle, [radius; 2], turned, fold)
+}
+
+/// The same with daughters of these radii.
+fn unequal(angle: f64, radii: [f64; 2], turned: f64, fold: f64) -> Lumen {
     let line = |side: f64| {
+        let radius = radii[usize::from(side > 0.0)];
         let a = (0.5 * side * angle + turned).to_radians();
         let out = if side > 0.0 {
             fold.to_radians().sin()
@@ -79,6 +85,36 @@ fn hexahedra_of_junctions_are_well_shaped() {
     assert!(all[0].0 > 0.29, "{:?}", &all[..3]);
     assert!(all[3].0 > 0.38, "{:?}", &all[..5]);
     assert!(all[all.len() / 2].0 > 0.47, "{:?}", all[all.len() / 2]);
+}
+
+/// Daughters that are close to each other, or of which one is thinner, have no good mesh with a usual junction.
+#[test]
+fn daughters_may_differ_and_be_close() {
+    for (angle, radii, turned, fold) in [
+        (48.0, [1.5, 1.5], 0.0, 0.0),
+        (42.0, [1.5, 1.5], 0.0, 30.0),
+        (30.0, [1.8, 2.7], 0.0, 0.0),
+        (38.0, [1.5, 3.0], 12.0, 0.0),
+        (34.0, [1.5, 2.4], 0.0, 15.0),
+    ] {
+        let worst = worst_of_both(unequal(angle, radii, turned, fold));
+        let found = format!("{angle}°, {radii:?}, {turned}°, {fold}°: {worst:?}");
+        assert!(worst.iter().all(|q| (0.3..0.5).contains(q)), "{found}");
+    }
+}
+
+/// The smallest scaled Jacobian in cells, and at the nodes of elements of degree 4.
+fn worst_of_both(lumen: Lumen) -> [f64; 2] {
+    let nodes = fsi_numerics::quadrature::Rule::gauss_lobatto(5).points;
+    [
+        (SectionGrid::of_cells(6, 5, 3.0), 0.4),
+        (SectionGrid::of_elements(2, 2, 1.5, &nodes), 1.0),
+    ]
+    .map(|(grid, along)| {
+        let tree = Tree::new(lumen.clone(), grid, along).unwrap();
+        let found = tree.qualities().into_iter().map(|(quality, _)| quality);
+        found.fold(f64::INFINITY, f64::min)
+    })
 }
 
 /// Three cylinders overlap at the junction; the rest is known, and so is how the volume converges.
@@ -232,19 +268,11 @@ fn side(angle: f64, radius: f64) -> Lumen {
 /// elements of degree 4.
 #[test]
 fn hexahedra_of_side_branches_are_well_shaped() {
-    let nodes = fsi_numerics::quadrature::Rule::gauss_lobatto(5).points;
     let mut all = Vec::new();
     for angle in [45.0, 60.0, 90.0, 110.0] {
         for ratio in [0.2, 0.3, 0.4, 0.5, 0.6] {
-            for (grid, along) in [
-                (SectionGrid::of_cells(6, 5, 3.0), 0.4),
-                (SectionGrid::of_elements(2, 2, 1.5, &nodes), 1.0),
-            ] {
-                let tree = Tree::new(side(angle, 3.0 * ratio), grid, along).unwrap();
-                let found = tree.qualities().into_iter().map(|(quality, _)| quality);
-                let worst = found.fold(f64::INFINITY, f64::min);
-                all.push((worst, angle, ratio));
-            }
+            let worst = worst_of_both(side(angle, 3.0 * ratio));
+            all.extend(worst.map(|worst| (worst, angle, ratio)));
         }
     }
     all.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -22,6 +22,9 @@ use std::path::Path;
 /// Averages of the normals of a tree's wall: the first with which nothing is inside out. Without any, a wall of a
 /// quarter of the radius is inside out at an apex of the examples, with two it is not; vessels of others need more.
 const SMOOTHING_OF_TREES: [usize; 4] = [4, 16, 64, 256];
+/// An element is nearly inside out, and may be so in the unloaded shape, where its Jacobian is less than this share of
+/// its largest one.
+const NEARLY: f64 = 0.05;
 /// Most cells in which the surrogate's pressure is solved for directly.
 const MOST_CELLS_OF_SURROGATE: usize = 200_000;
 
@@ -389,7 +392,8 @@ fn extruded(
     Ok((wall, notes))
 }
 
-/// The first wall of which nothing is inside out, with its averages of the normals and whether it is on the lumen
+/// The first wall of which nothing is inside out, or nearly so if there is another, with its averages of the normals and
+/// whether it is on the lumen
 /// between the points of the faces too, or else on these alone. If there is none, the first one: the check of the wall
 /// says where.
 fn fitted<'l>(
@@ -403,20 +407,22 @@ fn fitted<'l>(
         .into_iter()
         .take(1 + usize::from(lumen.is_some()));
     for lumen in ways {
-        for &passes in averages {
-            let wall = with(lumen, passes)?;
-            if inside_out(&wall, &case.structure).is_none() {
-                return Ok((wall, Some((passes, lumen.is_some()))));
+        for share in [NEARLY, 0.0] {
+            for &passes in averages {
+                let wall = with(lumen, passes)?;
+                if inside_out(&wall, &case.structure, share).is_none() {
+                    return Ok((wall, Some((passes, lumen.is_some()))));
+                }
+                first.get_or_insert(wall);
             }
-            first.get_or_insert(wall);
         }
     }
     Ok((first.expect("one was tried"), None))
 }
 
-/// Where an element is (m), at a point where the solver integrates or its results are drawn: at no others, so that no
-/// wall that can be computed is refused.
-fn inside_out(wall: &HexMesh, settings: &StructureSettings) -> Option<Vec3> {
+/// Where an element is (m), or has less than this share of its largest Jacobian, at a point where the solver integrates
+/// or its results are drawn: at no others, so that no wall that can be computed is refused.
+fn inside_out(wall: &HexMesh, settings: &StructureSettings, share: f64) -> Option<Vec3> {
     let p = settings.p;
     let mapping = Mapping::new(wall, MappingKind::Blended(settings.p_geometry.unwrap_or(p)));
     let integrated = Rule::gauss_legendre(settings.quadrature_points.unwrap_or(p + 1)).points;
@@ -429,7 +435,9 @@ fn inside_out(wall: &HexMesh, settings: &StructureSettings) -> Option<Vec3> {
         .find_map_first(|element| {
             [&integrated, &drawn].into_iter().find_map(|axis| {
                 let points = mapping.at_lattice(element, [axis; 3]);
-                let inverted = points.iter().find(|x| x.jacobian.determinant() <= 0.0);
+                let volumes = points.iter().map(|x| x.jacobian.determinant());
+                let least = share * volumes.fold(0.0, f64::max);
+                let inverted = points.iter().find(|x| x.jacobian.determinant() <= least);
                 inverted.map(|x| x.position)
             })
         })
@@ -454,7 +462,7 @@ impl Domain {
     pub fn wall_inside_out(&self, case: &Case) -> Option<Vec3> {
         let is_extruded = (case.own()).is_some_and(|own| own.wall.is_extruded());
         (is_extruded && case.has_elastic_wall())
-            .then(|| inside_out(&self.solid, &case.structure))
+            .then(|| inside_out(&self.solid, &case.structure, 0.0))
             .flatten()
     }
 }
