@@ -294,8 +294,8 @@ fn a_hook_is_named_and_can_be_smoothed() {
 }
 
 /// Daughters whose traced lines begin with a hook, from the middle of the parent's lumen: the mesh is much better where
-/// a smooth curve leads past it. Elsewhere the lines keep their points, and the curve stays within a third of a radius of
-/// the lines without hooks.
+/// a smooth curve leads past it. Elsewhere the lines keep their points, and the curve stays within a third of a radius
+/// of the lines without hooks.
 #[test]
 fn hooks_next_to_junctions_are_smoothed_away() {
     let folder = tempfile::tempdir().unwrap();

@@ -13,7 +13,7 @@ pub struct Layout {
     pub lean: f64,
     /// How much half-discs are turned about the axis (rad): the first one, those at the apices, the last one.
     pub turned: [f64; 3],
-    /// Lengths of what leads to the plane cross-sections of the parent and of the daughters, relative to the usual ones.
+    /// Lengths of what leads to the plane cross-sections of the parent and of the daughters, relative to the usual.
     pub cuts: [f64; 2],
 }
 

@@ -22,8 +22,8 @@ const THIN: f64 = 0.65;
 const WIDEST: f64 = 0.85;
 /// ... by the cosine of the angle that it turns.
 const STRAIGHT: f64 = 0.5;
-/// A thin one meets the other as an equal if a usual junction of half-discs is good; else the better one of the two ways
-/// counts if it is better than this. Half-discs may lie in an unusual layout ...
+/// A thin one meets the other as an equal if a usual junction of half-discs is good; else the better one of the two
+/// ways counts if it is better than this. Half-discs may lie in an unusual layout ...
 const LEAST: f64 = 0.02;
 /// ... unless the thin one has less than this share of the other's radius, and would squeeze them.
 const SQUEEZED: f64 = 0.45;
@@ -55,9 +55,10 @@ impl Meeting {
         let refused = |error| Err(parted(lumen, trunk, parting, error));
         let middle = trunk.at(trunk.length());
         let thin = |share: f64| thin(lumen, parting, share);
+        let is_squeezed = thin(SQUEEZED).is_some();
         // In the cells or elements that are asked for.
         let fan = || {
-            let fan = Junction::new(slicer, trunk, parting, true)?;
+            let fan = Junction::new(slicer, trunk, parting, !is_squeezed)?;
             match fan.worst > 0.0 {
                 true => Ok(Self::Fan(fan)),
                 false => Err(TreeError::InsideOut(middle)),
@@ -82,7 +83,6 @@ impl Meeting {
         }
         let of_side = Self::side_shape(lumen, trunk, &path, pair);
         let found = of_side.as_ref().map_or(-1.0, |(quality, _)| *quality);
-        let is_squeezed = thin(SQUEEZED).is_some();
         let of_fan = of_fan.map(|usual| match found > GOOD || is_squeezed {
             true => usual,
             false => fan_quality(true),

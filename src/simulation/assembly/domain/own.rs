@@ -392,10 +392,9 @@ fn extruded(
     Ok((wall, notes))
 }
 
-/// The first wall of which nothing is inside out, or nearly so if there is another, with its averages of the normals and
-/// whether it is on the lumen
-/// between the points of the faces too, or else on these alone. If there is none, the first one: the check of the wall
-/// says where.
+/// The first wall of which nothing is inside out, or nearly so if there is another, with its averages of the normals
+/// and whether it is on the lumen between the points of the faces too, or else on these alone. If there is none, the
+/// first one: the check of the wall says where.
 fn fitted<'l>(
     averages: &[usize],
     case: &Case,
