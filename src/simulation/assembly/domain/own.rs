@@ -378,7 +378,7 @@ fn extruded(
         if passes > averages[0] {
             notes.push(format!(
                 "the normals of its wall are averaged {passes} times: with fewer, elements would be inside out where \
-                 branches part (wall.extrude.smoothing)"
+                 branches part, or nearly so (wall.extrude.smoothing)"
             ));
         }
         if lumen.is_some() && !is_on_lumen {
@@ -406,14 +406,21 @@ fn fitted<'l>(
         .into_iter()
         .take(1 + usize::from(lumen.is_some()));
     for lumen in ways {
-        for share in [NEARLY, 0.0] {
-            for &passes in averages {
-                let wall = with(lumen, passes)?;
-                if inside_out(&wall, &case.structure, share).is_none() {
-                    return Ok((wall, Some((passes, lumen.is_some()))));
-                }
-                first.get_or_insert(wall);
+        let mut possible = None;
+        for &passes in averages {
+            let wall = with(lumen, passes)?;
+            let is_whole = |share| inside_out(&wall, &case.structure, share).is_none();
+            let found = Some((passes, lumen.is_some()));
+            if is_whole(NEARLY) {
+                return Ok((wall, found));
             }
+            match is_whole(0.0) {
+                true => drop(possible.get_or_insert((wall, found))),
+                false => drop(first.get_or_insert(wall)),
+            }
+        }
+        if let Some(possible) = possible {
+            return Ok(possible);
         }
     }
     Ok((first.expect("one was tried"), None))
