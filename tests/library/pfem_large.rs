@@ -66,7 +66,11 @@ fn tube(large: f64) -> Structure {
 
 /// A carotid bifurcation of one Neo-Hookean layer in springs.
 fn tree(large: f64) -> Structure {
-    let coarse = [("tree.length", "1.5"), ("tree.core", "2")];
+    let coarse = [
+        ("tree.length", "3"),
+        ("tree.core", "2"),
+        ("wall.extrude.faces_per_element", "1"),
+    ];
     of_case("examples/trees/carotid", &coarse, large)
 }
 
