@@ -67,6 +67,29 @@ pub fn vector_and_slopes(points: &[f64], nodal: &[Vec3], xi: &Vec3) -> (Vec3, Ma
     (value, slopes)
 }
 
+/// The smallest scaled Jacobian at a node of a hexahedron, the triple product of unit vectors along its axes, and which
+/// node that is. The nodes' positions `x` are given fastest along the first axis; `slopes[i][j]` is the derivative of the
+/// polynomial of node `j` at node `i`. Where nodes coincide, and there is no direction, -1.
+pub fn worst_scaled_jacobian(slopes: &[Vec<f64>], x: &[Vec3]) -> (f64, usize) {
+    let n = slopes.len();
+    let mut worst = (f64::INFINITY, 0);
+    for k in 0..x.len() {
+        let axes = [(k % n, 1), (k / n % n, n), (k / n / n, n * n)].map(|(place, stride)| {
+            let mut along = Vec3::zeros();
+            for (j, slope) in slopes[place].iter().enumerate() {
+                along += x[k - place * stride + j * stride] * *slope;
+            }
+            along.normalize()
+        });
+        let volume = axes[0].cross(&axes[1]).dot(&axes[2]);
+        let volume = if volume.is_nan() { -1.0 } else { volume };
+        if volume < worst.0 {
+            worst = (volume, k);
+        }
+    }
+    worst
+}
+
 /// Products of values along three directions, fastest along the first.
 pub fn products([x, y, z]: &[Vec<f64>; 3]) -> Vec<f64> {
     let mut products = Vec::with_capacity(x.len() * y.len() * z.len());

@@ -15,27 +15,8 @@ use super::slicer::{Slicer, across};
 use super::unfolding::Unfolding;
 use crate::Vec3;
 use crate::curve::CentreLine;
-use rayon::prelude::*;
 use std::f64::consts::PI;
-use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
 
-/// Distances of a junction's centre upstream of its apices that are tried, in radii of the parent.
-const BACK: [f64; 9] = [0.3, 0.45, 0.6, 0.75, 0.9, 1.05, 1.2, 1.35, 1.5];
-/// ... and those that are tried too where one of the branches is a sac, whose neck may be wide.
-const BACK_OF_SAC: [f64; 4] = [1.7, 1.9, 2.2, 2.5];
-/// Where the best one mostly is.
-const MIDDLE: f64 = 0.95;
-/// If the best one is no better than this, other layouts are searched for ...
-pub(super) const GOOD: f64 = 0.3;
-/// ... until one is better than this: what is more usual makes runs more accurate ...
-const ENOUGH: f64 = 0.35;
-/// ... from these distances on as well ...
-const STARTS: [f64; 2] = [1.05, 0.75];
-/// ... in steps that are halved as long as they are at least this share of the longest ones.
-const SHORTEST: f64 = 0.2;
-/// A layout is better than another by more than this: in a tree that is turned, rounding then chooses no other one.
-const SAME: f64 = 1e-6;
 /// Plane cross-sections end so far upstream of the centre, in radii of the parent ...
 const PARENT_CUT: f64 = 1.5;
 /// ... and begin so far downstream of the apices, in radii of the daughter.
@@ -86,51 +67,15 @@ struct Spread {
 }
 
 /// What all layouts of a junction have in common.
-struct Site<'a> {
-    slicer: &'a Slicer,
+pub struct Site<'a> {
+    pub slicer: &'a Slicer,
     trunk: &'a CentreLine,
     /// The lines that part, from one side to the other.
-    order: Vec<(usize, f64)>,
+    pub order: Vec<(usize, f64)>,
     spread: Spread,
 }
 
-/// A layout, with the apices that it is for.
-#[derive(Clone)]
-struct Found<'a> {
-    apices: &'a [Vec3],
-    layout: Layout,
-    junction: Junction,
-}
-
-impl Found<'_> {
-    fn worst(&self) -> f64 {
-        self.junction.worst
-    }
-}
-
 impl Junction {
-    /// The junction of lines that part: that whose worst hexahedron is best. If no usual one is good, others may be
-    /// searched for.
-    ///
-    /// # Errors
-    /// If they leave at angles that are too small, or the surface is open there.
-    pub fn new(
-        slicer: &Slicer,
-        trunk: &CentreLine,
-        parting: &Parting,
-        is_searched: bool,
-    ) -> Result<Self, TreeError> {
-        let site = Site::new(slicer, trunk, parting);
-        let apices = site.apices();
-        let usual = site.usual(&apices);
-        let is_good = usual.as_ref().is_ok_and(|found| found.worst() > GOOD);
-        let found = match is_searched && !is_good {
-            true => site.searched(&apices, usual),
-            false => usual,
-        };
-        found.map(|found| found.junction)
-    }
-
     /// The folded cross-section of the parent (`None`) or of a daughter; its rim begins at the end of the axis and
     /// turns counter-clockwise about the flow.
     pub fn section(&self, daughter: Option<usize>) -> CrossSection {
@@ -155,7 +100,7 @@ impl Junction {
         (line.at(s) - middle).normalize()
     }
 
-    /// The smallest scaled Jacobian of the hexahedra around it; if that is less than `least`, the first such one.
+    /// See [`Junction::worst`]; if that is less than `least`, the scaled Jacobian of the first such hexahedron.
     fn quality(
         &self,
         slicer: &Slicer,
@@ -186,7 +131,7 @@ impl Junction {
                 if upstream {
                     sections.reverse();
                 }
-                worst = worst.min(worst_between(&slicer.grid, &sections));
+                worst = worst.min(worst_between(&slicer.grid, &sections, least()));
                 if worst < least() {
                     return Ok(worst);
                 }
@@ -197,7 +142,7 @@ impl Junction {
 }
 
 impl<'a> Site<'a> {
-    fn new(slicer: &'a Slicer, trunk: &'a CentreLine, parting: &Parting) -> Self {
+    pub fn new(slicer: &'a Slicer, trunk: &'a CentreLine, parting: &Parting) -> Self {
         let lumen = &slicer.lumen;
         let spread = Spread::of(lumen, parting);
         let mut order = parting.to_vec();
@@ -212,7 +157,7 @@ impl<'a> Site<'a> {
     }
 
     /// The apices between neighbours, found in each way that there is.
-    fn apices(&self) -> Vec<Result<Vec<Vec3>, TreeError>> {
+    pub fn apices(&self) -> Vec<Result<Vec<Vec3>, TreeError>> {
         let lumen = &self.slicer.lumen;
         let ways: &[Apex] = match lumen.surface {
             Some(_) => &[apex_of_chord, apex_between],
@@ -226,125 +171,23 @@ impl<'a> Site<'a> {
         ways.iter().map(apices).collect()
     }
 
-    /// The best of the usual layouts.
-    fn usual<'b>(
+    /// The junction with this layout between these apices; its quality is exact unless it is less than `least`.
+    ///
+    /// # Errors
+    /// If the lines leave at angles that are too small, or the surface is open there.
+    pub fn junction(
         &self,
-        apices: &'b [Result<Vec<Vec3>, TreeError>],
-    ) -> Result<Found<'b>, TreeError> {
-        let lines = &self.slicer.lumen.lines;
-        let is_sac = self.order.iter().any(|(line, _)| lines[*line].is_closed);
-        let further = if is_sac { &BACK_OF_SAC[..] } else { &[] };
-        let known = Mutex::new(f64::NEG_INFINITY);
-        let best_known = || known.lock().unwrap_or_else(PoisonError::into_inner);
-        let tried = |(apices, back): (&'b Result<Vec<Vec3>, TreeError>, &f64)| {
-            let apices = apices.as_ref().map_err(Clone::clone)?;
-            let found = self.found(apices, Layout::usual(*back), || *best_known())?;
-            let mut known = best_known();
-            *known = known.max(found.worst());
-            Ok(found)
-        };
-        let mut all: Vec<(usize, _)> = (apices.iter())
-            .flat_map(|apices| BACK.iter().chain(further).map(move |back| (apices, back)))
-            .enumerate()
-            .collect();
-        // Those in the middle are mostly good: the others are then soon known to be worse.
-        let off = |back: f64| (back - MIDDLE).abs();
-        all.sort_by(|(_, (_, a)), (_, (_, b))| off(**a).total_cmp(&off(**b)));
-        let all = all.into_par_iter();
-        let mut all: Vec<(usize, Result<Found<'b>, TreeError>)> =
-            all.map(|(number, way)| (number, tried(way))).collect();
-        all.sort_by_key(|(number, _)| *number);
-        let all = all.into_iter().map(|(_, tried)| tried);
-        let best = all.reduce(|best, tried| match (best, tried) {
-            (Ok(best), Ok(tried)) if best.worst() >= tried.worst() => Ok(best),
-            (Ok(best), Err(_)) => Ok(best),
-            (_, tried) => tried,
-        });
-        best.expect("some are tried")
-    }
-
-    /// A better layout than the best of the usual ones: with half-discs through the apices if one of those is good.
-    fn searched<'b>(
-        &self,
-        apices: &'b [Result<Vec<Vec3>, TreeError>],
-        usual: Result<Found<'b>, TreeError>,
-    ) -> Result<Found<'b>, TreeError> {
-        let of_usual = usual.as_ref().ok().map(|found| found.apices);
-        let any = || apices.iter().find_map(|found| found.as_deref().ok());
-        let Some(apices) = of_usual.or_else(any) else {
-            return usual;
-        };
-        let others = STARTS.iter().filter_map(|back| {
-            (self.found(apices, Layout::usual(*back), || f64::NEG_INFINITY)).ok()
-        });
-        let first = usual.as_ref().ok().cloned();
-        let starts = first.iter().cloned().chain(others);
-        let at_apices = (first.iter().cloned()).map(|start| (start, Layout::AT_APICES));
-        let anywhere = starts.map(|start| (start, Layout::NUMBERS));
-        let mut best: Option<Found<'b>> = None;
-        for (start, numbers) in at_apices.chain(anywhere) {
-            let found = self.improved(start, &numbers);
-            let is_good = found.worst() > GOOD;
-            if best
-                .as_ref()
-                .is_none_or(|best| found.worst() > best.worst())
-            {
-                best = Some(found);
-            }
-            if is_good {
-                break;
-            }
-        }
-        best.map_or(usual, Ok)
-    }
-
-    /// The best layout that steps lead to, in one number each, shorter ones where no longer one makes it better
-    /// (compass search: Kolda, Lewis and Torczon, *Optimization by direct search*, SIAM Review 45, 2003).
-    fn improved<'b>(&self, start: Found<'b>, numbers: &Range<usize>) -> Found<'b> {
-        let mut best = start;
-        let mut step = 1.0;
-        while step >= SHORTEST && best.worst() <= ENOUGH {
-            let steps: Vec<(usize, f64)> = (numbers.clone())
-                .flat_map(|number| [(number, -step), (number, step)])
-                .collect();
-            let better = |(number, step): &(usize, f64)| {
-                let layout = best.layout.varied(*number, *step)?;
-                let found = self.found(best.apices, layout, || best.worst()).ok()?;
-                (found.worst() > best.worst() + SAME).then_some(found)
-            };
-            let all: Vec<Option<Found<'b>>> = steps.par_iter().map(better).collect();
-            // Of equal ones always the same one.
-            let all = all.into_iter().flatten();
-            let better = |a: Found<'b>, b: Found<'b>| match b.worst() > a.worst() + SAME {
-                true => b,
-                false => a,
-            };
-            match all.reduce(better) {
-                Some(better) => best = better,
-                None => step *= 0.5,
-            }
-        }
-        best
-    }
-
-    /// The junction of this layout; its quality is exact unless it is less than `least`.
-    fn found<'b>(
-        &self,
-        apices: &'b [Vec3],
-        layout: Layout,
+        apices: &[Vec3],
+        layout: &Layout,
         least: impl Fn() -> f64,
-    ) -> Result<Found<'b>, TreeError> {
-        let mut junction = self.junction(apices, &layout)?;
+    ) -> Result<Junction, TreeError> {
+        let mut junction = self.of_layout(apices, layout)?;
         junction.worst = junction.quality(self.slicer, self.trunk, least)?;
-        Ok(Found {
-            apices,
-            layout,
-            junction,
-        })
+        Ok(junction)
     }
 
-    fn junction(&self, apices: &[Vec3], layout: &Layout) -> Result<Junction, TreeError> {
-        let lumen = &self.slicer.lumen;
+    fn of_layout(&self, apices: &[Vec3], layout: &Layout) -> Result<Junction, TreeError> {
+        let Slicer { lumen, grid, .. } = self.slicer;
         let (trunk, order) = (self.trunk, &self.order);
         let Spread { flow, across, axis } = &self.spread.leaning(layout.lean);
         let mean = |all: &mut dyn Iterator<Item = Vec3>| all.sum::<Vec3>() / order.len() as f64;
@@ -399,11 +242,11 @@ impl<'a> Site<'a> {
             return Err(TreeError::Angle(crotch));
         }
         let near = lumen.near(&centre);
-        let half = self.slicer.grid.around() / 2;
+        let half = grid.around() / 2;
         let rim = |theta: &f64| {
             let key = flow * theta.cos() + across * theta.sin();
             let points = (0..=half).map(|a| {
-                let phi = self.slicer.grid.angle(a);
+                let phi = grid.angle(a);
                 let direction = axis * phi.cos() + key * phi.sin();
                 near.wall(&centre, &direction)
                     .ok_or(TreeError::Open(centre))

@@ -6,8 +6,9 @@
 use super::Tree;
 use super::branch::Branch;
 use super::error::{Parted, TreeError};
-use super::junction::{BranchEnd, GOOD, Junction, Parting};
+use super::junction::{BranchEnd, Junction, Parting};
 use super::lumen::Lumen;
+use super::plan::{GOOD, Plan, Search};
 use super::section::SectionGrid;
 use super::shape::{INCLINED, Shape, USUAL};
 use super::side::{self, Side};
@@ -56,36 +57,40 @@ impl Meeting {
         let middle = trunk.at(trunk.length());
         let thin = |share: f64| thin(lumen, parting, share);
         let is_squeezed = thin(SQUEEZED).is_some();
+        let planned = |slicer: &Slicer| Plan::new(slicer, trunk, parting);
         // In the cells or elements that are asked for.
         let fan = || {
-            let fan = Junction::new(slicer, trunk, parting, !is_squeezed)?;
-            match fan.worst > 0.0 {
-                true => Ok(Self::Fan(fan)),
-                false => Err(TreeError::InsideOut(middle)),
+            let search = Search::new(slicer, trunk, parting);
+            let usual = search.usual();
+            let of_usual = usual.as_ref().map_or(-1.0, |plan| plan.worst);
+            let other = || search.adapted(&planned(&like(slicer)).ok()?).ok();
+            let other = (of_usual <= GOOD && !is_squeezed).then(other).flatten();
+            let better = other.filter(|plan| plan.worst > of_usual);
+            match better.map_or(usual, Ok)? {
+                plan if plan.worst > 0.0 => search.junction(&plan).map(Self::Fan),
+                _ => Err(TreeError::InsideOut(middle)),
             }
         };
         let Some(pair) = thin(WIDEST) else {
             return fan().or_else(refused);
         };
         let is_thin = thin(THIN).is_some();
-        let fan_quality = |is_searched: bool| {
-            let quality = |slicer: Slicer| {
-                Junction::new(&slicer, trunk, parting, is_searched).map_or(-1.0, |fan| fan.worst)
-            };
-            let [cells, elements] = usual(lumen).map(quality);
+        let least = |plans: [Result<Plan, TreeError>; 2]| {
+            let [cells, elements] = plans.map(|plan| plan.map_or(-1.0, |plan| plan.worst));
             cells.min(elements)
         };
+        let usual_plan = |slicer: Slicer| Search::new(&slicer, trunk, parting).usual();
         let is_thin_sac = is_thin && lumen.lines[pair[1]].is_closed;
-        let of_fan = (!is_thin_sac).then(|| fan_quality(false));
+        let of_fan = (!is_thin_sac).then(|| least(usual(lumen).map(usual_plan)));
         let enough = if is_thin { GOOD } else { LEAST };
         if of_fan.is_some_and(|quality| quality > enough) {
             return fan().or_else(refused);
         }
         let of_side = Self::side_shape(lumen, trunk, &path, pair);
         let found = of_side.as_ref().map_or(-1.0, |(quality, _)| *quality);
-        let of_fan = of_fan.map(|usual| match found > GOOD || is_squeezed {
-            true => usual,
-            false => fan_quality(true),
+        let of_fan = of_fan.map(|of_usual| match found > GOOD || is_squeezed {
+            true => of_usual,
+            false => least(usual(lumen).map(|slicer| planned(&slicer))),
         });
         let side = || {
             let [line, branch] = pair;
@@ -219,6 +224,15 @@ fn usual(lumen: &Lumen) -> [Slicer; 2] {
         (SectionGrid::of_elements(2, 2, 1.5, &nodes), 1.0),
     ]
     .map(slicer)
+}
+
+/// Usual cells if these are cells, or usual elements.
+fn like(slicer: &Slicer) -> Slicer {
+    let [cells, elements] = usual(&slicer.lumen);
+    match slicer.grid.degree() {
+        1 => cells,
+        _ => elements,
+    }
 }
 
 /// What is wrong where lines part, with the angles and radii there.

@@ -18,6 +18,7 @@ mod layout;
 mod lumen;
 mod meeting;
 mod meeting_place;
+mod plan;
 mod section;
 mod shape;
 mod side;

@@ -212,25 +212,8 @@ impl SectionGrid {
     /// The smallest scaled Jacobian at a node of an element (the triple product of unit vectors along its axes), and
     /// where that is (m); of a cell, at its corners. The nodes' positions (m) are given fastest along ξ.
     pub fn quality(&self, x: &[Vec3]) -> (f64, Vec3) {
-        let n = self.nodes.len();
-        let at = |k: usize| {
-            let place = [k % n, k / n % n, k / n / n];
-            let [a, b, c]: [Vec3; 3] = std::array::from_fn(|axis| {
-                let stride = n.pow(axis as u32);
-                let first = k - place[axis] * stride;
-                let slopes = self.slopes[place[axis]].iter().enumerate();
-                let sum: Vec3 = slopes
-                    .map(|(j, slope)| x[first + j * stride] * *slope)
-                    .sum();
-                sum.normalize()
-            });
-            let volume = a.cross(&b).dot(&c);
-            // Nodes that coincide have no directions.
-            (if volume.is_nan() { -1.0 } else { volume }, x[k])
-        };
-        let all = (0..x.len()).map(at);
-        let worst = all.min_by(|a, b| a.0.total_cmp(&b.0));
-        worst.unwrap_or((f64::INFINITY, Vec3::zeros()))
+        let (worst, node) = lagrange::worst_scaled_jacobian(&self.slopes, x);
+        (worst, x[node])
     }
 
     /// See [`growth_of_polygon`].
@@ -297,8 +280,9 @@ impl SectionGrid {
     }
 }
 
-/// The smallest scaled Jacobian of the cells or elements between consecutive cross-sections.
-pub fn worst_between(grid: &SectionGrid, sections: &[CrossSection]) -> f64 {
+/// The smallest scaled Jacobian of the cells or elements between consecutive cross-sections; if that is less than
+/// `least`, the first such one.
+pub fn worst_between(grid: &SectionGrid, sections: &[CrossSection], least: f64) -> f64 {
     let quads = grid.elements();
     let growth = match grid.degree() {
         1 => grid.growth_of_polygon(),
@@ -308,13 +292,16 @@ pub fn worst_between(grid: &SectionGrid, sections: &[CrossSection]) -> f64 {
         .iter()
         .map(|section| grid.positions(section, growth))
         .collect();
-    let layers = (0..sections.len() - 1).step_by(grid.degree());
-    let all = layers.flat_map(|first| {
+    let mut worst = f64::INFINITY;
+    for first in (0..sections.len() - 1).step_by(grid.degree()) {
         let rows = &points[first..=first + grid.degree()];
-        quads.iter().map(move |quad| {
+        for quad in &quads {
             let at = rows.iter().flat_map(|row| quad.iter().map(|&i| row[i]));
-            grid.quality(&at.collect::<Vec<Vec3>>()).0
-        })
-    });
-    all.fold(f64::INFINITY, f64::min)
+            worst = worst.min(grid.quality(&at.collect::<Vec<Vec3>>()).0);
+            if worst < least {
+                return worst;
+            }
+        }
+    }
+    worst
 }

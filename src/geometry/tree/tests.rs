@@ -60,7 +60,7 @@ fn worst(lumen: Lumen) -> f64 {
         .unwrap_or_else(|e| panic!("{e}"));
     let stacks = tree.stacks().iter();
     stacks
-        .map(|stack| section::worst_between(tree.grid(), &stack.sections))
+        .map(|stack| section::worst_between(tree.grid(), &stack.sections, f64::NEG_INFINITY))
         .fold(f64::INFINITY, f64::min)
 }
 
