@@ -10,7 +10,7 @@
 #   PAIRS=3    number of pairs
 #
 # A busy machine changes seconds by a factor of two within minutes, but both runs of a pair alike, and the seconds of
-# the processors less. A ratio whose range contains 1 says nothing.
+# the processors less. A ratio whose range contains 1 says nothing. What the machine could do before and after is said.
 set -euo pipefail
 [ $# -ge 3 ] || { sed -n '2,/^[^#]/s/^# \{0,1\}//p' "$0"; exit 2; }
 out=$(mkdir -p "$1" && cd "$1" && pwd)
@@ -50,6 +50,11 @@ run() {
     awk '{ print "processors, with the start\t" $1 + $2 }' "$out/time"
 }
 
+yardstick() {
+    (cd "$out/$new" && CARGO_TARGET_DIR=$out/target cargo bench --quiet --bench yardstick)
+}
+
+[ ! -f "$out/$new/benches/yardstick.rs" ] || yardstick
 : > "$out/figures"
 for ((pair = 1; pair <= pairs; pair++)); do
     order=("$old" "$new")
@@ -59,6 +64,7 @@ for ((pair = 1; pair <= pairs; pair++)); do
     done
 done
 
+[ ! -f "$out/$new/benches/yardstick.rs" ] || yardstick
 echo "$new/$old, $pairs pairs to t = $end s: $*"
 awk -F'\t' -v old="$old" -v new="$new" '
     !($3 in seen) { seen[$3] = ++count; name[count] = $3 }
