@@ -68,8 +68,8 @@ pub fn vector_and_slopes(points: &[f64], nodal: &[Vec3], xi: &Vec3) -> (Vec3, Ma
 }
 
 /// The smallest scaled Jacobian at a node of a hexahedron, the triple product of unit vectors along its axes, and which
-/// node that is. The nodes' positions `x` are given fastest along the first axis; `slopes[i][j]` is the derivative of the
-/// polynomial of node `j` at node `i`. Where nodes coincide, and there is no direction, -1.
+/// node that is. The nodes' positions `x` are given fastest along the first axis; `slopes[i][j]` is the derivative of
+/// the polynomial of node `j` at node `i`. Where nodes coincide, and there is no direction, -1.
 pub fn worst_scaled_jacobian(slopes: &[Vec<f64>], x: &[Vec3]) -> (f64, usize) {
     let n = slopes.len();
     let mut worst = (f64::INFINITY, 0);

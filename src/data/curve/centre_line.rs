@@ -307,8 +307,7 @@ impl CentreLine {
     }
 
     /// How far (m) a point is from the tube around a piece, and where on the piece that is; infinitely far if that is
-    /// more than `nearest`. Most of the seconds that a mesh takes go by here: in divisions and roots, if they were taken
-    /// of each piece.
+    /// more than `nearest`. Most of the seconds that a mesh takes go by here: few pieces need a division or a root.
     #[inline(always)]
     fn off(&self, x: &Vec3, i: usize, nearest: f64) -> (f64, f64) {
         let (a, b) = (&self.points[i], &self.points[i + 1]);
