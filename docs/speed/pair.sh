@@ -51,10 +51,11 @@ run() {
 }
 
 yardstick() {
-    (cd "$out/$new" && CARGO_TARGET_DIR=$out/target cargo bench --quiet --bench yardstick)
+    [ ! -f "$out/$new/benches/yardstick.rs" ] ||
+        (cd "$out/$new" && CARGO_TARGET_DIR=$out/target cargo bench --quiet --bench yardstick)
 }
 
-[ ! -f "$out/$new/benches/yardstick.rs" ] || yardstick
+yardstick
 : > "$out/figures"
 for ((pair = 1; pair <= pairs; pair++)); do
     order=("$old" "$new")
@@ -64,7 +65,7 @@ for ((pair = 1; pair <= pairs; pair++)); do
     done
 done
 
-[ ! -f "$out/$new/benches/yardstick.rs" ] || yardstick
+yardstick
 echo "$new/$old, $pairs pairs to t = $end s: $*"
 awk -F'\t' -v old="$old" -v new="$new" '
     !($3 in seen) { seen[$3] = ++count; name[count] = $3 }

@@ -101,12 +101,11 @@ impl Junction {
     }
 
     /// See [`Junction::worst`]; if that is less than `least`, the scaled Jacobian of the first such hexahedron.
-    fn quality(
-        &self,
-        slicer: &Slicer,
-        trunk: &CentreLine,
-        least: impl Fn() -> f64,
-    ) -> Result<f64, TreeError> {
+    ///
+    /// # Errors
+    /// If the surface is open there.
+    pub fn quality(&self, site: &Site, least: impl Fn() -> f64) -> Result<f64, TreeError> {
+        let Site { slicer, trunk, .. } = site;
         let degree = slicer.grid.degree();
         let daughters = self.daughters.iter().enumerate();
         let daughters = daughters.map(|(i, end)| (Some(i), *end));
@@ -171,22 +170,11 @@ impl<'a> Site<'a> {
         ways.iter().map(apices).collect()
     }
 
-    /// The junction with this layout between these apices; its quality is exact unless it is less than `least`.
+    /// The junction with this layout between these apices; how good it is is not known yet.
     ///
     /// # Errors
     /// If the lines leave at angles that are too small, or the surface is open there.
-    pub fn junction(
-        &self,
-        apices: &[Vec3],
-        layout: &Layout,
-        least: impl Fn() -> f64,
-    ) -> Result<Junction, TreeError> {
-        let mut junction = self.of_layout(apices, layout)?;
-        junction.worst = junction.quality(self.slicer, self.trunk, least)?;
-        Ok(junction)
-    }
-
-    fn of_layout(&self, apices: &[Vec3], layout: &Layout) -> Result<Junction, TreeError> {
+    pub fn junction(&self, apices: &[Vec3], layout: &Layout) -> Result<Junction, TreeError> {
         let Slicer { lumen, grid, .. } = self.slicer;
         let (trunk, order) = (self.trunk, &self.order);
         let Spread { flow, across, axis } = &self.spread.leaning(layout.lean);

@@ -102,8 +102,7 @@ impl<'a> Search<'a> {
     /// See [`Site::junction`].
     pub fn junction(&self, plan: &Plan) -> Result<Junction, TreeError> {
         let apices = self.apices[plan.way].as_ref().map_err(Clone::clone)?;
-        // Its quality is known.
-        let mut junction = (self.site).junction(apices, &plan.layout, || f64::INFINITY)?;
+        let mut junction = self.site.junction(apices, &plan.layout)?;
         junction.worst = plan.worst;
         Ok(junction)
     }
@@ -217,7 +216,8 @@ impl<'a> Search<'a> {
     /// This layout, and how good it is: exactly unless that is less than `least`.
     fn plan(&self, way: usize, layout: Layout, least: impl Fn() -> f64) -> Result<Plan, TreeError> {
         let apices = self.apices[way].as_ref().map_err(Clone::clone)?;
-        let worst = self.site.junction(apices, &layout, least)?.worst;
+        let junction = self.site.junction(apices, &layout)?;
+        let worst = junction.quality(&self.site, least)?;
         Ok(Plan { way, layout, worst })
     }
 }
